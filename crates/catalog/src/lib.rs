@@ -1,0 +1,288 @@
+//! What a module has: its axis and global parameters, ports, interrupts and commands, as typed
+//! constant tables.
+//!
+//! The tables are generated at build time from `modules/*.toml`, the only place where a parameter
+//! is described. Ranges, defaults, access rights and help texts all come from there.
+//!
+//! **A parameter that exists in the data and not in the code, or in the code and not in the data,
+//! does not compile.** Every row names its effect as `room.effect`. For each room the build
+//! generates an enum of all effects that any module names ([`Tmc5160`], [`Axis`], [`Globals`], …),
+//! and the file of the firmware that is that room matches on it exhaustively.
+//!
+//! Nothing outside this crate knows a module by name.
+#![no_std]
+#![forbid(unsafe_code)]
+// The core cannot panic: whatever comes from outside has an answer.
+#![cfg_attr(
+    not(test),
+    warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable)
+)]
+
+include!(concat!(env!("OUT_DIR"), "/modules.rs"));
+
+/// Everything that is known of one module.
+#[derive(Debug)]
+pub struct Module {
+    /// Name on the command line, lower case: `tmcm-6214`.
+    pub name: &'static str,
+    /// Name in print: `TMCM-6214`.
+    pub title: &'static str,
+    /// What the module is, one sentence.
+    pub description: &'static str,
+    /// Module number as the binary form of command 136 reports it: 6214.
+    pub number: u16,
+    /// Version of the firmware that the tables describe, major and minor: (1, 16).
+    pub firmware: (u8, u8),
+    /// Answer of command 136 type 0: `6214V116`.
+    pub version: [u8; 8],
+    /// Number of axes.
+    pub axes: u8,
+    /// Electrical and mechanical ratings.
+    pub ratings: &'static [Rating],
+    /// Axis parameters by number, ascending.
+    pub axis_parameters: &'static [AxisParameter],
+    /// Position in `axis_parameters` for each parameter number; 255 where there is none.
+    pub axis_parameter_index: &'static [u8; 256],
+    /// Global parameters by bank and number, ascending.
+    pub global_parameters: &'static [GlobalParameter],
+    /// Interrupts by number, ascending: the lower the number, the higher the priority.
+    pub interrupts: &'static [Interrupt],
+    /// Input and output ports by bank and number, ascending. A number may stand for one port with
+    /// GIO and for another with SIO; then it has two rows.
+    pub ports: &'static [Port],
+    /// Commands by number, ascending.
+    pub commands: &'static [Command],
+}
+
+/// One rated value of a module, for people.
+#[derive(Debug)]
+pub struct Rating {
+    /// What is rated.
+    pub name: &'static str,
+    /// The value with its unit.
+    pub value: &'static str,
+}
+
+/// Which commands may touch a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Access {
+    /// R: can be read (GAP, GGP, GIO).
+    pub read: bool,
+    /// W: can be written (SAP, SGP, SIO and the accumulator forms).
+    pub write: bool,
+    /// E: can be stored in and restored from the EEPROM (STGP, RSGP).
+    pub store: bool,
+    /// A: is stored in the EEPROM by each write.
+    pub automatic: bool,
+}
+
+/// Unit of a value; decides how it is converted and checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// A number, flag or choice.
+    None,
+    /// Microsteps.
+    Microsteps,
+    /// Microsteps per second; with unit mode 0 the ramp generator's own unit.
+    Pps,
+    /// Microsteps per second squared; with unit mode 0 the ramp generator's own unit.
+    Pps2,
+    /// Any other unit, as printed.
+    Other(&'static str),
+}
+
+/// Where a default value comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The module's manual names it.
+    Manual,
+    /// The manual is silent; the vendor's open firmware for the same chip sets the register so, or
+    /// leaves it as the chip's reset does.
+    OpenFirmware,
+    /// Neither says it; chosen here, and the description says why.
+    Chosen,
+}
+
+/// One axis parameter.
+#[derive(Debug)]
+pub struct AxisParameter {
+    /// Parameter number.
+    pub number: u8,
+    /// Name in programs, `snake_case`.
+    pub id: &'static str,
+    /// Name in print.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: Unit,
+    /// Smallest value, in the unit.
+    pub min: i32,
+    /// Largest value, in the unit.
+    pub max: i32,
+    /// Largest value with unit mode 0, for speeds and accelerations; otherwise `max`. Where `min` is
+    /// negative, the smallest value with unit mode 0 is minus this.
+    pub internal_max: i32,
+    /// Value after power-up, in the unit. A speed or acceleration is the value that its register
+    /// reads back as, so converting it gives exactly the register's default.
+    pub default: i32,
+    /// Where the default comes from.
+    pub default_source: Source,
+    /// Who may touch it.
+    pub access: Access,
+    /// Bit n is set if axis n has the parameter.
+    pub axes: u8,
+    /// What happens.
+    pub behaviour: AxisBehaviour,
+    /// Meaning, for people.
+    pub description: &'static str,
+    /// Meaning of each value of a choice or bit field.
+    pub values: &'static [(i32, &'static str)],
+}
+
+/// One global parameter, or a row of equal ones (user variables).
+#[derive(Debug)]
+pub struct GlobalParameter {
+    /// Bank.
+    pub bank: u8,
+    /// Parameter number; the first one of a row of equal ones.
+    pub number: u8,
+    /// The last one of a row of equal ones; otherwise the same as `number`.
+    pub last: u8,
+    /// Name in programs, `snake_case`.
+    pub id: &'static str,
+    /// Name in print.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: Unit,
+    /// Smallest value.
+    pub min: i64,
+    /// Largest value; a 32-bit unsigned period reaches beyond `i32`.
+    pub max: i64,
+    /// Factory setting.
+    pub default: i32,
+    /// Where the default comes from.
+    pub default_source: Source,
+    /// Who may touch it.
+    pub access: Access,
+    /// What happens.
+    pub behaviour: GlobalBehaviour,
+    /// Meaning, for people.
+    pub description: &'static str,
+    /// Meaning of each value of a choice or bit field.
+    pub values: &'static [(i32, &'static str)],
+}
+
+/// One interrupt.
+#[derive(Debug)]
+pub struct Interrupt {
+    /// Interrupt number; the lower, the higher the priority.
+    pub number: u8,
+    /// Name in programs, `snake_case`.
+    pub id: &'static str,
+    /// Name in print.
+    pub name: &'static str,
+    /// What triggers it.
+    pub behaviour: InterruptBehaviour,
+    /// Which timer, axis or input.
+    pub index: u8,
+    /// Meaning, for people.
+    pub description: &'static str,
+}
+
+/// One input or output as SIO and GIO see it.
+#[derive(Debug)]
+pub struct Port {
+    /// Bank: 0 digital inputs and settings, 1 analog inputs, 2 digital outputs.
+    pub bank: u8,
+    /// Port number.
+    pub number: u8,
+    /// Name in programs, `snake_case`.
+    pub id: &'static str,
+    /// Name in print.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: Unit,
+    /// Smallest value.
+    pub min: i32,
+    /// Largest value.
+    pub max: i32,
+    /// Value after power-up with nothing connected.
+    pub default: i32,
+    /// R: GIO, W: SIO.
+    pub access: Access,
+    /// What is behind it.
+    pub behaviour: PortBehaviour,
+    /// Which input, output or setting of that kind.
+    pub index: u8,
+    /// Meaning, for people.
+    pub description: &'static str,
+}
+
+/// Where a command may be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// By a host and in a program.
+    Both,
+    /// By a host only.
+    Direct,
+    /// In a program only; a host gets status 6 (not available).
+    Standalone,
+}
+
+/// One command that the module knows.
+#[derive(Debug)]
+pub struct Command {
+    /// Command number.
+    pub number: u8,
+    /// Mnemonic, or a short name in lower case for control commands, which have none.
+    pub mnemonic: &'static str,
+    /// Where it may be used.
+    pub mode: Mode,
+    /// Firmware version from which it exists, major and minor.
+    pub since: Option<(u8, u8)>,
+    /// Why it is refused with status 6 (not available) although the module knows it.
+    pub unavailable: Option<&'static str>,
+    /// Meaning, for people.
+    pub description: &'static str,
+}
+
+impl Module {
+    /// The axis parameter with this number.
+    pub fn axis_parameter(&self, number: u8) -> Option<&'static AxisParameter> {
+        let at = self.axis_parameter_index.get(usize::from(number))?;
+        self.axis_parameters.get(usize::from(*at))
+    }
+
+    /// The global parameter with this number in this bank.
+    pub fn global_parameter(&self, bank: u8, number: u8) -> Option<&'static GlobalParameter> {
+        self.global_parameters
+            .iter()
+            .find(|row| row.bank == bank && (row.number..=row.last).contains(&number))
+    }
+
+    /// The interrupt with this number.
+    pub fn interrupt(&self, number: u8) -> Option<&'static Interrupt> {
+        self.interrupts.iter().find(|row| row.number == number)
+    }
+
+    /// The port that GIO reads under this number in this bank.
+    pub fn input_port(&self, bank: u8, number: u8) -> Option<&'static Port> {
+        self.ports.iter().find(|row| row.bank == bank && row.number == number && row.access.read)
+    }
+
+    /// The port that SIO writes under this number in this bank; it may be another one than the
+    /// port that GIO reads there.
+    pub fn output_port(&self, bank: u8, number: u8) -> Option<&'static Port> {
+        self.ports.iter().find(|row| row.bank == bank && row.number == number && row.access.write)
+    }
+
+    /// The command with this number.
+    pub fn command(&self, number: u8) -> Option<&'static Command> {
+        let at = self.commands.binary_search_by_key(&number, |row| row.number).ok()?;
+        self.commands.get(at)
+    }
+}
+
+/// The module with this name, in any case.
+pub fn find(name: &str) -> Option<&'static Module> {
+    MODULES.iter().copied().find(|module| module.name.eq_ignore_ascii_case(name))
+}
