@@ -1,0 +1,16 @@
+//! The hardware that is not there: motion and driver chips at register level.
+//!
+//! A firmware talks to these chips as it talks to silicon: it writes and reads registers, and nothing
+//! else. What a register means lives here; what a TMCL parameter means lives in the firmware.
+//!
+//! The chips own no clock. Every access carries the time, and between two accesses nothing runs:
+//! what has happened in the meantime follows in closed form from the last change. [`tmc5160::Tmc5160`]
+//! moves its axis with a ramp of `opentmcl-motion`, so reading a position after an hour of cruising
+//! costs as much as reading it after a microsecond. `next_event` tells when a status flag will change
+//! next, which is how far virtual time may jump.
+//!
+//! A chip is a function of its accesses and their times. All arithmetic is in integers, so the same
+//! accesses give the same answers on every platform.
+#![forbid(unsafe_code)]
+
+pub mod tmc5160;

@@ -1,0 +1,51 @@
+//! The motor current: full while moving, and step by step down to the hold current at standstill.
+
+/// Clocks without a step after which the driver takes the axis for standing (DRV_STATUS bit 31).
+const STANDSTILL: u64 = 1 << 20;
+
+/// Unit of TPOWERDOWN and of IHOLDDELAY in clocks.
+const DELAY_UNIT: u64 = 1 << 18;
+
+/// Settings of IHOLD_IRUN and TPOWERDOWN.
+///
+/// Source: datasheet 6.2. Currents are in 1/32 of full scale, less one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Currents {
+    run: u32,
+    hold: u32,
+    step_delay: u64,
+    power_down_delay: u64,
+}
+
+impl Currents {
+    pub(super) fn new(ihold_irun: u32, tpowerdown: u32) -> Self {
+        Self {
+            run: ihold_irun >> 8 & 0x1F,
+            hold: ihold_irun & 0x1F,
+            step_delay: u64::from(ihold_irun >> 16 & 0xF) * DELAY_UNIT,
+            power_down_delay: u64::from(tpowerdown & 0xFF) * DELAY_UNIT,
+        }
+    }
+
+    /// CS_ACTUAL of an axis that has been standing for this many clocks; `None` while it moves.
+    ///
+    /// After TPOWERDOWN the current goes one step every IHOLDDELAY toward IHOLD, upward as well if
+    /// the hold current is the higher one; with IHOLDDELAY = 0 all steps at once.
+    pub(super) fn actual(&self, standing: Option<u64>) -> u32 {
+        let powering_down = standing
+            .and_then(|clocks| clocks.checked_sub(STANDSTILL))
+            .and_then(|clocks| clocks.checked_sub(self.power_down_delay));
+        let Some(clocks) = powering_down else { return self.run };
+        let all = self.run.abs_diff(self.hold);
+        let steps = match clocks.checked_div(self.step_delay) {
+            Some(steps) => u32::try_from(steps).unwrap_or(all).min(all),
+            None => all,
+        };
+        if self.hold < self.run { self.run - steps } else { self.run + steps }
+    }
+}
+
+/// Whether an axis that has been standing for this many clocks counts as standing.
+pub(super) fn stands(standing: Option<u64>) -> bool {
+    standing.is_some_and(|clocks| clocks >= STANDSTILL)
+}
