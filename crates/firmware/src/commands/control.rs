@@ -1,0 +1,172 @@
+//! Control commands 128..138 and 255, downloads, code protection (firmware manual 3.6.57, 3.6.58).
+
+use opentmcl_catalog::Globals;
+use opentmcl_wire::{Command, Status};
+
+use super::{Execution, Outcome, program_address};
+use crate::board::Board;
+use crate::cpu::Mode;
+use crate::direct::Answer;
+use crate::events::POSITION_REPORT;
+use crate::line::Port;
+use crate::module::Module;
+use crate::program::{CHUNK_LEN, CHUNKS, Download, PROGRAM_LEN};
+use crate::storage::{self, StorageError};
+
+/// What commands 137 and 255 want to see before they do what cannot be undone.
+const CONFIRMATION: i32 = 1234;
+
+/// Bits of the code protection parameter.
+const PROTECT_READING: i32 = 1;
+const PROTECT_WRITING: i32 = 2;
+
+impl<B: Board> Module<B> {
+    pub(super) fn execute_control(&mut self, command: Command, port: Option<Port>) -> Execution {
+        let Command { number, kind, motor, value } = command;
+        if !self.is_known(number) {
+            return Err(Status::INVALID_COMMAND);
+        }
+        // What has been downloaded so far is stored before anything else is done with it.
+        self.save_download()?;
+        match number {
+            128 => self.cpu.stop(),
+            129 => {
+                match kind {
+                    0 => {}
+                    1 => {
+                        let address = program_address(value)?;
+                        self.cpu.wait = None;
+                        self.cpu.pc = address;
+                    }
+                    _ => return Err(Status::WRONG_TYPE),
+                }
+                self.run_program();
+            }
+            130 => self.step_program(),
+            131 => {
+                self.cpu.reset();
+                self.cpu.mode = Mode::Reset;
+                self.interrupts.clear_pending();
+            }
+            132 => {
+                let address = program_address(value)?;
+                if self.globals[Globals::CodeProtection] & PROTECT_WRITING != 0 {
+                    return Err(Status::EEPROM_LOCKED);
+                }
+                self.cpu.stop();
+                self.download = Download { active: true, address, unsaved: None };
+            }
+            133 => self.download.active = false,
+            134 => return self.read_program(value),
+            135 => return self.application_status(kind),
+            136 => return self.version(kind),
+            137 => {
+                confirmed(value)?;
+                storage::factory_reset(self.board.flash()).map_err(eeprom_locked)?;
+                self.restart();
+                return Ok(Outcome::Answer(Answer::Silence));
+            }
+            POSITION_REPORT => {
+                let axes = u8::try_from(value).map_err(|_| Status::INVALID_VALUE)?;
+                if u32::from(axes) >> self.model.axes != 0 {
+                    return Err(Status::INVALID_VALUE);
+                }
+                match kind {
+                    0 => self.ask_for_report(port, axes, false),
+                    1 => self.ask_for_report(port, axes, true),
+                    _ => return Err(Status::WRONG_TYPE),
+                }
+            }
+            146 | 147 => return self.write_register(kind, motor, value),
+            148 | 149 => return self.read_register(kind, motor),
+            255 => {
+                confirmed(value)?;
+                self.restart();
+            }
+            _ => return Err(Status::INVALID_COMMAND),
+        }
+        Ok(Outcome::Done)
+    }
+
+    /// Stores a command in program memory instead of executing it.
+    pub(super) fn load(&mut self, command: Command) -> Execution {
+        let address = self.download.address;
+        if usize::from(address) >= PROGRAM_LEN {
+            return Err(Status::INVALID_VALUE);
+        }
+        let chunk = usize::from(address) / CHUNK_LEN;
+        if self.download.unsaved.is_some_and(|unsaved| unsaved != chunk) {
+            self.save_download()?;
+        }
+        self.program.set(address, command);
+        self.download.unsaved = Some(chunk);
+        self.download.address = address + 1;
+        Ok(Outcome::Loaded)
+    }
+
+    fn save_download(&mut self) -> Result<(), Status> {
+        match self.download.unsaved.take() {
+            Some(chunk) => self.save_chunk(chunk).map_err(eeprom_locked),
+            None => Ok(()),
+        }
+    }
+
+    fn save_chunk(&mut self, chunk: usize) -> Result<(), StorageError> {
+        let commands = if self.program.is_empty(chunk) { &[] } else { self.program.chunk(chunk) };
+        storage::store_chunk(self.board.flash(), chunk as u8, commands)
+    }
+
+    /// Sets the protection; lifting the one against reading erases the program first.
+    pub(super) fn set_code_protection(&mut self, number: u8, value: i32) -> Result<(), Status> {
+        let before = self.globals[Globals::CodeProtection];
+        if before & PROTECT_READING != 0 && value & PROTECT_READING == 0 {
+            self.cpu.stop();
+            let used: [bool; CHUNKS] = core::array::from_fn(|chunk| !self.program.is_empty(chunk));
+            self.program.erase();
+            for (chunk, _) in used.iter().enumerate().filter(|(_, used)| **used) {
+                self.save_chunk(chunk).map_err(eeprom_locked)?;
+            }
+        }
+        self.keep_global(number, value)
+    }
+
+    fn read_program(&self, address: i32) -> Execution {
+        let address = program_address(address)?;
+        let is_protected = self.globals[Globals::CodeProtection] & PROTECT_READING != 0;
+        // A protected program looks like none: clients know no error in this layout.
+        let command = if is_protected { Command::default() } else { self.program.get(address) };
+        Ok(Outcome::Answer(Answer::Memory(command)))
+    }
+
+    fn application_status(&self, kind: u8) -> Execution {
+        let mode = (self.cpu.mode as i32) << 24;
+        let waits = i32::from(self.cpu.wait.is_some()) << 16;
+        Ok(Outcome::Reply(match kind {
+            0 => mode | waits | i32::from(self.download.address),
+            1 => mode | waits | i32::from(self.cpu.pc),
+            2 => self.cpu.accumulator,
+            3 => self.cpu.x,
+            _ => return Err(Status::WRONG_TYPE),
+        }))
+    }
+
+    fn version(&self, kind: u8) -> Execution {
+        let (major, minor) = self.model.firmware;
+        match kind {
+            0 => Ok(Outcome::Answer(Answer::Version(self.model.version))),
+            1 => {
+                let number = i32::from(self.model.number) << 16;
+                Ok(Outcome::Reply(number | i32::from(major) << 8 | i32::from(minor)))
+            }
+            _ => Err(Status::WRONG_TYPE),
+        }
+    }
+}
+
+fn confirmed(value: i32) -> Result<(), Status> {
+    if value == CONFIRMATION { Ok(()) } else { Err(Status::INVALID_VALUE) }
+}
+
+fn eeprom_locked(_: StorageError) -> Status {
+    Status::EEPROM_LOCKED
+}

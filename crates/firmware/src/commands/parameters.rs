@@ -1,0 +1,292 @@
+//! SAP GAP AAP SAPX GAPX AAPX, SGP GGP AGP STGP RSGP.
+
+use opentmcl_catalog::{
+    Axis, AxisBehaviour, AxisParameter, GlobalBehaviour, GlobalParameter, Globals,
+    InterruptSetting, Tmc5160, Unit, Variables,
+};
+use opentmcl_wire::Status;
+
+use super::{Execution, Outcome};
+use crate::axis::AxisNumber;
+use crate::board::Board;
+use crate::module::Module;
+use crate::storage::{self, Key};
+use crate::tmc5160::parameters::{speed, speed_to_register};
+
+impl<B: Board> Module<B> {
+    pub(super) fn get_axis_parameter(&mut self, axis: AxisNumber, number: u8) -> Execution {
+        let row = self.axis_row(axis, number)?;
+        if !row.access.read {
+            return Err(Status::WRONG_TYPE);
+        }
+        let value = match row.behaviour {
+            AxisBehaviour::Tmc5160(parameter) => {
+                let (mut chip, state) = self.chip(axis);
+                chip.get(state, parameter)
+            }
+            AxisBehaviour::Axis(setting) => self.axis_setting(axis, setting),
+            AxisBehaviour::Stored(_) => {
+                let place = self.stored_place(row);
+                self.axes[axis].stored.get(place).copied().unwrap_or_default()
+            }
+        };
+        Ok(Outcome::Read(value))
+    }
+
+    pub(super) fn set_axis_parameter(
+        &mut self,
+        axis: AxisNumber,
+        number: u8,
+        value: i32,
+    ) -> Execution {
+        let row = self.axis_row(axis, number)?;
+        if !row.access.write {
+            return Err(Status::WRONG_TYPE);
+        }
+        self.check_range(axis, row, i64::from(value))?;
+        self.write_axis_parameter(axis, row, value)?;
+        Ok(Outcome::Done)
+    }
+
+    fn axis_row(&self, axis: AxisNumber, number: u8) -> Result<&'static AxisParameter, Status> {
+        let row = self.model.axis_parameter(number).ok_or(Status::WRONG_TYPE)?;
+        if row.axes & axis.bit() == 0 { Err(Status::WRONG_TYPE) } else { Ok(row) }
+    }
+
+    /// Whether a value is within the range that holds in the axis' present units.
+    pub(super) fn check_range(
+        &self,
+        axis: AxisNumber,
+        row: &AxisParameter,
+        value: i64,
+    ) -> Result<(), Status> {
+        let is_internal =
+            self.axes[axis].internal_units && matches!(row.unit, Unit::Pps | Unit::Pps2);
+        let max = i64::from(if is_internal { row.internal_max } else { row.max });
+        let min = match (is_internal, row.min) {
+            (true, ..=-1) => -max,
+            (_, min) => i64::from(min),
+        };
+        if (min..=max).contains(&value) { Ok(()) } else { Err(Status::INVALID_VALUE) }
+    }
+
+    /// Writes a value that is within the range of its row.
+    pub(crate) fn write_axis_parameter(
+        &mut self,
+        axis: AxisNumber,
+        row: &AxisParameter,
+        value: i32,
+    ) -> Result<(), Status> {
+        match row.behaviour {
+            AxisBehaviour::Tmc5160(parameter) => {
+                let (mut chip, state) = self.chip(axis);
+                chip.set(state, parameter, value)?;
+                match parameter {
+                    Tmc5160::TargetPosition if chip.is_positioning() => self.depart(axis, false),
+                    Tmc5160::TargetSpeed => {
+                        self.axes[axis].search_state = 0;
+                        self.give_up_target(axis);
+                    }
+                    Tmc5160::MicrostepResolution => {
+                        let (mut chip, state) = self.chip(axis);
+                        chip.set_encoder_constant(state);
+                    }
+                    _ => {}
+                }
+            }
+            AxisBehaviour::Axis(setting) => self.set_axis_setting(axis, setting, value)?,
+            AxisBehaviour::Stored(_) => {
+                let place = self.stored_place(row);
+                if let Some(place) = self.axes[axis].stored.get_mut(place) {
+                    *place = value;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Which of the stored values belongs to a row: the rows are counted.
+    fn stored_place(&self, row: &AxisParameter) -> usize {
+        let stored = |row: &&AxisParameter| matches!(row.behaviour, AxisBehaviour::Stored(_));
+        let rows = self.model.axis_parameters.iter().filter(stored);
+        rows.take_while(|other| other.number != row.number).count()
+    }
+
+    fn axis_setting(&mut self, axis: AxisNumber, setting: Axis) -> i32 {
+        let state = &self.axes[axis];
+        match setting {
+            Axis::HomeSwitch => i32::from(self.board.home_switch(axis.get())),
+            Axis::RelativePositioningOption => state.relative_positioning_option,
+            Axis::ReferenceSearchMode => state.search_mode,
+            Axis::ReferenceSearchSpeed => speed(state, i64::from(state.search_speed)),
+            Axis::MotorFullsteps => state.motor_fullsteps,
+            Axis::EncoderResolution => state.encoder_resolution,
+            Axis::GroupIndex => state.group_index,
+            Axis::UnitMode => i32::from(!state.internal_units),
+        }
+    }
+
+    fn set_axis_setting(
+        &mut self,
+        axis: AxisNumber,
+        setting: Axis,
+        value: i32,
+    ) -> Result<(), Status> {
+        const FROM_ENCODER: i32 = 2;
+        let has_encoder = self.has_encoder(axis);
+        let (mut chip, state) = self.chip(axis);
+        match setting {
+            Axis::RelativePositioningOption if value == FROM_ENCODER && !has_encoder => {
+                return Err(Status::INVALID_VALUE);
+            }
+            Axis::RelativePositioningOption => state.relative_positioning_option = value,
+            Axis::ReferenceSearchMode => {
+                // Bases 1..=10; +64 turns modes 1..=4 around, +128 inverts the switch of 5..=8.
+                if !matches!(value, 1..=10 | 65..=68 | 133..=136) {
+                    return Err(Status::INVALID_VALUE);
+                }
+                state.search_mode = value;
+            }
+            Axis::ReferenceSearchSpeed => state.search_speed = speed_to_register(state, value),
+            Axis::MotorFullsteps => {
+                state.motor_fullsteps = value;
+                chip.set_encoder_constant(state);
+            }
+            Axis::EncoderResolution => {
+                state.encoder_resolution = value;
+                chip.set_encoder_constant(state);
+            }
+            Axis::GroupIndex => state.group_index = value,
+            Axis::UnitMode => state.internal_units = value == 0,
+            // Read-only, which the catalogue says.
+            Axis::HomeSwitch => return Err(Status::WRONG_TYPE),
+        }
+        Ok(())
+    }
+
+    /// Whether the catalogue gives this axis an encoder.
+    fn has_encoder(&self, axis: AxisNumber) -> bool {
+        self.model.axis_parameters.iter().any(|row| {
+            row.axes & axis.bit() != 0
+                && row.behaviour == AxisBehaviour::Tmc5160(Tmc5160::EncoderPosition)
+        })
+    }
+
+    fn global_row(&self, bank: u8, number: u8) -> Result<&'static GlobalParameter, Status> {
+        self.model.global_parameter(bank, number).ok_or(Status::WRONG_TYPE)
+    }
+
+    pub(super) fn get_global_parameter(&mut self, bank: u8, number: u8) -> Execution {
+        let row = self.global_row(bank, number)?;
+        let value = match row.behaviour {
+            GlobalBehaviour::Variables(Variables::UserVariable) => {
+                self.variables[usize::from(number)]
+            }
+            GlobalBehaviour::Interrupts(InterruptSetting::TimerPeriod) => {
+                self.interrupts.timer_period(number) as i32
+            }
+            GlobalBehaviour::Interrupts(InterruptSetting::TriggerTransition) => {
+                i32::from(self.interrupts.transitions(number))
+            }
+            GlobalBehaviour::Globals(setting) => match setting {
+                Globals::ApplicationStatus => self.cpu.mode as i32,
+                Globals::DownloadMode => i32::from(self.download.active),
+                Globals::ProgramCounter => i32::from(self.cpu.pc),
+                Globals::TickTimer => self.globals.ticks(self.now),
+                Globals::RandomNumber => self.globals.random(),
+                _ => self.globals.number(number),
+            },
+            GlobalBehaviour::Stored(_) => self.globals.number(number),
+        };
+        Ok(Outcome::Read(value))
+    }
+
+    pub(super) fn set_global_parameter(&mut self, bank: u8, number: u8, value: i32) -> Execution {
+        let row = self.global_row(bank, number)?;
+        if !row.access.write {
+            return Err(Status::WRONG_TYPE);
+        }
+        // A range beyond 31 bit is that of an unsigned number.
+        let comparable =
+            if row.max > i64::from(i32::MAX) { i64::from(value as u32) } else { i64::from(value) };
+        if !(row.min..=row.max).contains(&comparable) {
+            return Err(Status::INVALID_VALUE);
+        }
+        match row.behaviour {
+            GlobalBehaviour::Variables(Variables::UserVariable) => {
+                self.variables[usize::from(number)] = value;
+            }
+            GlobalBehaviour::Interrupts(InterruptSetting::TimerPeriod) => {
+                self.interrupts.set_timer_period(number, value as u32, self.now);
+            }
+            GlobalBehaviour::Interrupts(InterruptSetting::TriggerTransition) => {
+                self.forget_past_events();
+                self.interrupts.set_transitions(number, value as u8);
+            }
+            GlobalBehaviour::Globals(setting) => self.set_global(setting, number, value)?,
+            GlobalBehaviour::Stored(_) => self.keep_global(number, value)?,
+        }
+        Ok(Outcome::Done)
+    }
+
+    fn set_global(&mut self, setting: Globals, number: u8, value: i32) -> Result<(), Status> {
+        match setting {
+            Globals::SerialAddress
+            | Globals::TelegramPauseTime
+            | Globals::SerialHostAddress
+            | Globals::AutoStart
+            | Globals::CoordinateStorage
+            | Globals::DoNotRestoreUserVariables
+            | Globals::SerialSecondaryAddress => self.keep_global(number, value)?,
+            Globals::SerialHeartbeat => {
+                self.keep_global(number, value)?;
+                self.restart_heartbeat();
+            }
+            Globals::CodeProtection => self.set_code_protection(number, value)?,
+            Globals::TickTimer => self.globals.set_ticks(self.now, value),
+            Globals::RandomNumber => self.globals.seed_random(value),
+            Globals::SuppressReply => self.globals.set_number(number, value),
+            // Read-only, which the catalogue says.
+            Globals::ApplicationStatus | Globals::DownloadMode | Globals::ProgramCounter => {
+                return Err(Status::WRONG_TYPE);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets a parameter in memory and in the EEPROM, first there: what is lost there is not set.
+    pub(super) fn keep_global(&mut self, number: u8, value: i32) -> Result<(), Status> {
+        if self.globals.number(number) != value {
+            self.keep(Key::Global(number), value)?;
+            self.globals.set_number(number, value);
+        }
+        Ok(())
+    }
+
+    /// Stores a number in the EEPROM.
+    pub(super) fn keep(&mut self, key: Key, value: i32) -> Result<(), Status> {
+        storage::store(self.board.flash(), key, value).map_err(|_| Status::EEPROM_LOCKED)
+    }
+
+    pub(super) fn store_global_parameter(&mut self, bank: u8, number: u8) -> Execution {
+        let row = self.global_row(bank, number)?;
+        if row.access.store {
+            self.keep(Key::Variable(number), self.variables[usize::from(number)])?;
+        } else if !row.access.automatic {
+            return Err(Status::WRONG_TYPE);
+        }
+        Ok(Outcome::Done)
+    }
+
+    pub(super) fn restore_global_parameter(&mut self, bank: u8, number: u8) -> Execution {
+        let row = self.global_row(bank, number)?;
+        if row.access.store {
+            let stored = storage::fetch(self.board.flash(), Key::Variable(number));
+            let stored = stored.map_err(|_| Status::EEPROM_LOCKED)?;
+            self.variables[usize::from(number)] = stored.unwrap_or_default();
+        } else if !row.access.automatic {
+            return Err(Status::WRONG_TYPE);
+        }
+        Ok(Outcome::Done)
+    }
+}

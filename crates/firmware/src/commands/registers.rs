@@ -1,0 +1,30 @@
+//! Commands 146..149: registers of the motion chip, raw.
+//!
+//! The vendor's evaluation firmware has them; they open the chip to whoever needs more than the
+//! parameters. Motion controller and driver are one chip here, so both pairs do the same.
+
+use opentmcl_wire::Status;
+
+use super::{Execution, Outcome};
+use crate::board::Board;
+use crate::module::Module;
+use crate::tmc5160::registers::REGISTERS;
+
+impl<B: Board> Module<B> {
+    pub(super) fn write_register(&mut self, address: u8, motor: u8, value: i32) -> Execution {
+        let axis = self.axis(motor)?;
+        check_address(address)?;
+        self.chip(axis).0.write(address, value as u32);
+        Ok(Outcome::Done)
+    }
+
+    pub(super) fn read_register(&mut self, address: u8, motor: u8) -> Execution {
+        let axis = self.axis(motor)?;
+        check_address(address)?;
+        Ok(Outcome::Reply(self.chip(axis).0.read(address) as i32))
+    }
+}
+
+fn check_address(address: u8) -> Result<(), Status> {
+    if usize::from(address) < REGISTERS { Ok(()) } else { Err(Status::WRONG_TYPE) }
+}

@@ -1,0 +1,125 @@
+//! Direct mode: a request from the host becomes an answer.
+
+use opentmcl_catalog::Globals;
+use opentmcl_wire::{Command, Duration, Instant, Opcode, Reply, Status, serial};
+
+use crate::board::Board;
+use crate::commands::{Caller, Outcome};
+use crate::line::{Line, Port};
+use crate::module::Module;
+
+/// What the module answers to a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// The general reply (firmware manual 3.2).
+    Reply(Reply),
+    /// Command 136 type 0: eight characters in place of all that follows the host address, without
+    /// checksum.
+    Version([u8; 8]),
+    /// Command 134: the seven bytes of a command in place of all between host address and checksum.
+    Memory(Command),
+    /// Nothing, after a factory reset.
+    Silence,
+}
+
+impl Answer {
+    /// The bytes that the line carries; none if the module says nothing.
+    pub const fn frame(self, host: u8, module: u8) -> Option<[u8; serial::FRAME_LEN]> {
+        Some(match self {
+            Self::Reply(reply) => serial::encode_reply(host, module, reply),
+            Self::Version([a, b, c, d, e, f, g, h]) => [host, a, b, c, d, e, f, g, h],
+            Self::Memory(command) => serial::encode_request(host, command),
+            Self::Silence => return None,
+        })
+    }
+}
+
+impl<B: Board> Module<B> {
+    /// Executes a command in direct mode as if it came by a line without addresses.
+    pub fn execute_direct(&mut self, command: Command, now: Instant) -> Answer {
+        self.poll(now);
+        self.answer_command(command, None)
+    }
+
+    /// Answers a frame from a line.
+    pub(crate) fn answer(
+        &mut self,
+        port: Port,
+        request: Result<serial::Request, serial::WrongChecksum>,
+    ) {
+        let address = match request {
+            Ok(request) => request.address,
+            Err(damaged) => damaged.address,
+        };
+        if port.line != Line::Usb && !self.is_my_address(address) {
+            return;
+        }
+        match request {
+            Ok(request) => {
+                let answer = self.answer_command(request.command, Some(port));
+                if !self.is_suppressed(request.command) {
+                    self.send_answer(port, answer);
+                }
+            }
+            Err(_) => {
+                self.send(port, Reply { status: Status::WRONG_CHECKSUM, number: 0, value: 0 })
+            }
+        }
+    }
+
+    fn is_my_address(&self, address: u8) -> bool {
+        let address = i32::from(address);
+        let secondary = self.globals[Globals::SerialSecondaryAddress];
+        address == self.globals[Globals::SerialAddress] || secondary != 0 && address == secondary
+    }
+
+    /// Global parameter 255 silences all but the commands that ask for a value.
+    fn is_suppressed(&self, command: Command) -> bool {
+        let asks = matches!(
+            Opcode::from_number(command.number),
+            Some(Opcode::Gap | Opcode::Ggp | Opcode::Gio)
+        );
+        self.globals[Globals::SuppressReply] != 0 && !asks
+    }
+
+    fn answer_command(&mut self, command: Command, port: Option<Port>) -> Answer {
+        self.restart_heartbeat();
+        let result = if !self.is_known(command.number) && !self.download.active {
+            Err(Status::INVALID_COMMAND)
+        } else {
+            self.execute(command, Caller::Host(port))
+        };
+        self.cpu.look_again(self.now);
+        let (status, value) = match result {
+            Ok(Outcome::Done) => (Status::OK, command.value),
+            Ok(Outcome::Reply(value) | Outcome::Read(value)) => (Status::OK, value),
+            Ok(Outcome::Loaded) => (Status::LOADED, command.value),
+            Ok(Outcome::Answer(answer)) => return answer,
+            Err(status) => (status, command.value),
+        };
+        Answer::Reply(Reply { status, number: command.number, value })
+    }
+
+    pub(crate) fn is_known(&self, number: u8) -> bool {
+        let word = self.known_commands.get(usize::from(number / 64)).copied().unwrap_or_default();
+        word >> (number % 64) & 1 != 0
+    }
+
+    /// Sends a reply by a line.
+    pub(crate) fn send(&mut self, port: Port, reply: Reply) {
+        self.send_answer(port, Answer::Reply(reply));
+    }
+
+    pub(crate) fn send_answer(&mut self, port: Port, answer: Answer) {
+        let host = self.globals[Globals::SerialHostAddress] as u8;
+        let module = self.globals[Globals::SerialAddress] as u8;
+        let pause = match port.line {
+            Line::Rs485 => self.globals[Globals::TelegramPauseTime].unsigned_abs(),
+            Line::Usb | Line::Rs232 => 0,
+        };
+        if let Some(frame) = answer.frame(host, module) {
+            let due = self.now + Duration::from_millis(u64::from(pause));
+            self.outbox.push(due, port, frame);
+        }
+    }
+}

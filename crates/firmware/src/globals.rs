@@ -1,0 +1,79 @@
+//! Global parameters of bank 0 in memory.
+
+use core::ops::Index;
+
+use opentmcl_catalog::{GlobalBehaviour, Globals, Module};
+use opentmcl_wire::Instant;
+
+/// Values of bank 0 by parameter number, and the two that live: tick timer and random numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct GlobalSettings {
+    values: [i32; 256],
+    /// Parameter number of each effect, since the catalogue alone knows numbers.
+    numbers: [u8; Self::EFFECTS],
+    /// Time at which the tick timer was 0.
+    tick_origin: u64,
+    random: u32,
+}
+
+impl GlobalSettings {
+    /// More than there are effects; a power of two, so that no bounds are checked.
+    const EFFECTS: usize = 64;
+
+    /// Ticks of the clock in a millisecond.
+    const MILLISECOND: u64 = 16_000;
+
+    /// The factory settings.
+    pub(crate) fn new(model: &Module, now: Instant) -> Self {
+        let mut values = [0; 256];
+        let mut numbers = [0; Self::EFFECTS];
+        for row in model.global_parameters.iter().filter(|row| row.bank == 0) {
+            values[usize::from(row.number)] = row.default;
+            if let GlobalBehaviour::Globals(effect) = row.behaviour {
+                numbers[effect as usize % Self::EFFECTS] = row.number;
+            }
+        }
+        Self { values, numbers, tick_origin: now.as_ticks(), random: 1 }
+    }
+
+    pub(crate) fn number(&self, number: u8) -> i32 {
+        self.values[usize::from(number)]
+    }
+
+    pub(crate) fn set_number(&mut self, number: u8, value: i32) {
+        self.values[usize::from(number)] = value;
+    }
+
+    /// Milliseconds counted by the tick timer, 31 bit.
+    pub(crate) fn ticks(&self, now: Instant) -> i32 {
+        let elapsed = now.as_ticks().wrapping_sub(self.tick_origin) / Self::MILLISECOND;
+        (elapsed & 0x7FFF_FFFF) as i32
+    }
+
+    pub(crate) fn set_ticks(&mut self, now: Instant, value: i32) {
+        let elapsed = u64::from(value.unsigned_abs()) * Self::MILLISECOND;
+        self.tick_origin = now.as_ticks().wrapping_sub(elapsed);
+    }
+
+    /// The next random number, 31 bit: the same after the same seed (xorshift, Marsaglia 2003).
+    pub(crate) fn random(&mut self) -> i32 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 17;
+        self.random ^= self.random << 5;
+        (self.random & 0x7FFF_FFFF) as i32
+    }
+
+    pub(crate) fn seed_random(&mut self, seed: i32) {
+        // The generator would stay at 0 for ever.
+        self.random = if seed == 0 { 1 } else { seed as u32 };
+    }
+}
+
+impl Index<Globals> for GlobalSettings {
+    type Output = i32;
+
+    fn index(&self, effect: Globals) -> &i32 {
+        let number = self.numbers[effect as usize % Self::EFFECTS];
+        &self.values[usize::from(number)]
+    }
+}

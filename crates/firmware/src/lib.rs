@@ -1,0 +1,52 @@
+//! A TMCL module as a pure state machine.
+//!
+//! [`Module`] owns no thread, no clock and no port. The world hands it requests and the time, it
+//! hands back replies and the time at which it next wants to be called; below it is a [`Board`]:
+//! registers, pins, a flash. The same code runs in virtual time, in real time and on a
+//! microcontroller, and a run is a function of its inputs: calling [`Module::poll`] more often than
+//! needed changes nothing.
+//!
+//! The rooms, from the line to the chip:
+//!
+//! - `line`: addresses, the pause before a reply, replies on their way.
+//! - `direct`: a request becomes an answer.
+//! - `commands`: what each family of commands does.
+//! - `cpu`, `program`, `interpreter`, `arithmetic`, `interrupts`: a program running on the module.
+//! - `globals`, `axis`: settings in memory; `storage`: settings in the EEPROM.
+//! - `tmc5160`: the driver of the motion chip, by registers only; `units`: its units.
+//!
+//! No parameter is described here: numbers, ranges, defaults and access rights come from
+//! `opentmcl-catalog`, whose effects the rooms match exhaustively.
+#![no_std]
+#![forbid(unsafe_code)]
+// The core cannot panic: whatever comes from outside has an answer.
+#![cfg_attr(
+    not(test),
+    warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::unreachable)
+)]
+
+#[cfg(test)]
+extern crate std;
+
+mod arithmetic;
+mod axis;
+pub mod board;
+mod commands;
+mod cpu;
+mod direct;
+mod events;
+mod globals;
+mod interpreter;
+mod interrupts;
+mod line;
+mod module;
+mod program;
+pub mod storage;
+mod tmc5160;
+mod units;
+
+pub use board::{Analog, Board};
+pub use direct::Answer;
+pub use line::{Line, Port};
+pub use module::{Config, Module};
+pub use program::PROGRAM_LEN;

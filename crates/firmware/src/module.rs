@@ -1,0 +1,314 @@
+//! The module: all its state, power-up, and the order in which things happen.
+
+use opentmcl_catalog::{self as catalog, AxisBehaviour, Globals, PortBehaviour};
+use opentmcl_wire::{Duration, Instant, Status, TICKS_PER_SECOND, serial};
+
+use crate::axis::{AxisNumber, AxisState, PerAxis};
+use crate::board::Board;
+use crate::cpu::Cpu;
+use crate::events::{Arrivals, Heartbeat, Levels};
+use crate::globals::GlobalSettings;
+use crate::interrupts::Interrupts;
+use crate::line::{Outbox, Port};
+use crate::program::{Download, Program};
+use crate::storage;
+use crate::tmc5160::{Chip, Tmc5160};
+
+/// Coordinates per axis (firmware manual 3.6.22); number 0 is never stored.
+pub(crate) const COORDINATES: usize = 21;
+
+/// User variables.
+pub(crate) const VARIABLES: usize = 256;
+
+/// What may differ between two modules of the same kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Config {
+    /// TMCL commands of a program per second, 1..=16 000 000. No source tells the real rate.
+    pub program_rate: u32,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self { program_rate: 10_000 }
+    }
+}
+
+/// A TMCL module on a board.
+pub struct Module<B> {
+    pub(crate) model: &'static catalog::Module,
+    pub(crate) board: B,
+    pub(crate) now: Instant,
+    /// Time that one command of a program takes.
+    pub(crate) command_time: Duration,
+    /// Bit n of word n / 64 is set if the module knows command n.
+    pub(crate) known_commands: [u64; 4],
+    pub(crate) axes: PerAxis<AxisState>,
+    pub(crate) chips: PerAxis<Tmc5160>,
+    pub(crate) globals: GlobalSettings,
+    pub(crate) variables: [i32; VARIABLES],
+    pub(crate) coordinates: PerAxis<[i32; COORDINATES]>,
+    pub(crate) cpu: Cpu,
+    pub(crate) program: Program,
+    pub(crate) download: Download,
+    pub(crate) interrupts: Interrupts,
+    pub(crate) arrivals: Arrivals,
+    pub(crate) levels: Levels,
+    pub(crate) heartbeat: Heartbeat,
+    pub(crate) outbox: Outbox,
+    pub(crate) digital_outputs: u8,
+}
+
+impl<B: Board> Module<B> {
+    /// Switches the module on: loads the EEPROM, sets up the chips, starts the program if the
+    /// auto-start parameter says so.
+    pub fn power_up(
+        model: &'static catalog::Module,
+        mut board: B,
+        config: Config,
+        now: Instant,
+    ) -> Self {
+        board.set_time(now);
+        let rate = u64::from(config.program_rate).clamp(1, TICKS_PER_SECOND);
+        let mut known_commands = [0; 4];
+        for command in model.commands {
+            if let Some(word) = known_commands.get_mut(usize::from(command.number / 64)) {
+                *word |= 1u64 << (command.number % 64);
+            }
+        }
+        let mut module = Self {
+            model,
+            board,
+            now,
+            command_time: Duration::from_ticks(TICKS_PER_SECOND / rate),
+            known_commands,
+            axes: PerAxis::new(AxisState::default),
+            chips: PerAxis::new(Tmc5160::default),
+            globals: GlobalSettings::new(model, now),
+            variables: [0; VARIABLES],
+            coordinates: PerAxis::new(|| [0; COORDINATES]),
+            cpu: Cpu::new(now),
+            program: Program::new(),
+            download: Download::default(),
+            interrupts: Interrupts::new(),
+            arrivals: Arrivals::default(),
+            levels: Levels::default(),
+            heartbeat: Heartbeat::default(),
+            outbox: Outbox::new(),
+            digital_outputs: 0,
+        };
+        module.start();
+        module
+    }
+
+    /// What power-up, a software reset and a factory reset have in common, with all state new.
+    fn start(&mut self) {
+        self.load_eeprom();
+        self.set_up_ports();
+        for axis in AxisNumber::all(self.model.axes) {
+            self.set_up_axis(axis);
+        }
+        self.levels = self.read_levels();
+        self.restart_heartbeat();
+        if self.globals[Globals::AutoStart] != 0 {
+            self.run_program();
+        }
+    }
+
+    /// Switches the module off and on again. Only the EEPROM is kept.
+    pub fn power_cycle(&mut self, now: Instant) {
+        self.poll(now);
+        self.outbox = Outbox::new();
+        self.restart();
+    }
+
+    /// Restarts the firmware and resets the board, as command 255 does. Replies under way still go.
+    pub(crate) fn restart(&mut self) {
+        self.board.reset();
+        self.axes = PerAxis::new(AxisState::default);
+        self.chips = PerAxis::new(Tmc5160::default);
+        self.globals = GlobalSettings::new(self.model, self.now);
+        self.variables = [0; VARIABLES];
+        self.coordinates = PerAxis::new(|| [0; COORDINATES]);
+        self.cpu = Cpu::new(self.now);
+        self.program.erase();
+        self.download = Download::default();
+        self.interrupts = Interrupts::new();
+        self.arrivals = Arrivals::default();
+        self.digital_outputs = 0;
+        self.start();
+    }
+
+    /// Writes the defaults of the catalogue to an axis that has just been switched on.
+    fn set_up_axis(&mut self, axis: AxisNumber) {
+        let (mut chip, state) = self.chip(axis);
+        state.internal_units = false;
+        chip.initialize();
+        for row in self.model.axis_parameters {
+            // Where an axis stands and how it moves is no setting.
+            let is_motion = matches!(
+                row.behaviour,
+                AxisBehaviour::Tmc5160(
+                    catalog::Tmc5160::TargetPosition
+                        | catalog::Tmc5160::ActualPosition
+                        | catalog::Tmc5160::TargetSpeed
+                        | catalog::Tmc5160::EncoderPosition
+                )
+            );
+            if row.access.write && row.axes & axis.bit() != 0 && !is_motion {
+                // The catalogue's defaults are within its ranges, so nothing is refused.
+                let _: Result<(), Status> = self.write_axis_parameter(axis, row, row.default);
+            }
+        }
+    }
+
+    fn set_up_ports(&mut self) {
+        for port in self.model.ports.iter().filter(|port| port.access.write) {
+            match port.behaviour {
+                PortBehaviour::PullUps => self.board.set_pull_ups(port.default as u8),
+                PortBehaviour::AdcRange => {
+                    self.board.set_analog_range(port.index, port.default as u8);
+                }
+                _ => {}
+            }
+        }
+        self.board.set_digital_outputs(self.digital_outputs);
+    }
+
+    /// Does everything that is due until `now`, in the order of time. Times never go back.
+    pub fn poll(&mut self, now: Instant) {
+        while let Some(due) = self.next_step() {
+            if due > now {
+                break;
+            }
+            self.set_time(due);
+            self.observe();
+            self.check_heartbeat();
+            if self.cpu.is_active() {
+                self.interrupts.run_timers(self.now);
+                self.run_until(now);
+            }
+        }
+        self.set_time(now);
+    }
+
+    /// When the module next wants to be called, if nothing comes from outside: `None` is at rest.
+    ///
+    /// Hardware whose changes [`Board::next_event`] cannot foresee is told by
+    /// [`Module::hardware_changed`].
+    pub fn poll_at(&mut self) -> Option<Instant> {
+        earliest(self.next_step(), self.outbox.next_due())
+    }
+
+    /// Tells that a pin has changed.
+    pub fn hardware_changed(&mut self, now: Instant) {
+        self.poll(now);
+        self.observe();
+    }
+
+    /// A frame has arrived from the host.
+    pub fn receive(
+        &mut self,
+        port: Port,
+        request: Result<serial::Request, serial::WrongChecksum>,
+        now: Instant,
+    ) {
+        self.poll(now);
+        self.answer(port, request);
+    }
+
+    /// The next frame that is due for the host; call until there is none.
+    pub fn transmit(&mut self, now: Instant) -> Option<(Port, [u8; serial::FRAME_LEN])> {
+        self.outbox.pop(now)
+    }
+
+    /// What kind of module it is.
+    pub fn model(&self) -> &'static catalog::Module {
+        self.model
+    }
+
+    /// What is below the firmware.
+    pub fn board(&self) -> &B {
+        &self.board
+    }
+
+    /// What is below the firmware, to change it; then call [`Module::hardware_changed`].
+    pub fn board_mut(&mut self) -> &mut B {
+        &mut self.board
+    }
+
+    /// Switches the module off, leaving the board.
+    pub fn into_board(self) -> B {
+        self.board
+    }
+
+    pub(crate) fn set_time(&mut self, now: Instant) {
+        if now > self.now {
+            self.now = now;
+            self.board.set_time(now);
+        }
+    }
+
+    /// When anything happens by itself that can change the module's state.
+    fn next_step(&mut self) -> Option<Instant> {
+        let mut next = self.heartbeat.deadline;
+        if self.cpu.is_active() {
+            next = earliest(next, self.next_command());
+            next = earliest(next, self.interrupts.next_timer());
+        }
+        if self.is_watching() {
+            next = earliest(next, self.board.next_event());
+        }
+        next
+    }
+
+    /// The same without the next command: until then a program may run on undisturbed.
+    pub(crate) fn next_disturbance(&mut self) -> Option<Instant> {
+        let mut next = earliest(self.heartbeat.deadline, self.interrupts.next_timer());
+        if self.is_watching() {
+            next = earliest(next, self.board.next_event());
+        }
+        next
+    }
+
+    pub(crate) fn chip(&mut self, axis: AxisNumber) -> (Chip<'_, B>, &mut AxisState) {
+        let chip = Chip { axis, state: &mut self.chips[axis], board: &mut self.board };
+        (chip, &mut self.axes[axis])
+    }
+
+    fn load_eeprom(&mut self) {
+        let Self { board, globals, variables, coordinates, program, model, .. } = self;
+        let axes = model.axes;
+        storage::load(board.flash(), |key, item| match (key, item) {
+            (storage::Key::Global(number), storage::Item::Number(value)) => {
+                let row = model.global_parameter(0, number);
+                if row.is_some_and(|row| row.access.automatic) {
+                    globals.set_number(number, value);
+                }
+            }
+            (storage::Key::Variable(number), storage::Item::Number(value)) => {
+                variables[usize::from(number)] = value;
+            }
+            (storage::Key::Coordinate(coordinate, axis), storage::Item::Number(value)) => {
+                if let Some(axis) = AxisNumber::new(axis, axes)
+                    && let Some(place) = coordinates[axis].get_mut(usize::from(coordinate))
+                {
+                    *place = value;
+                }
+            }
+            (storage::Key::Chunk(chunk), storage::Item::Commands(bytes)) => {
+                program.load_chunk(chunk, bytes);
+            }
+            _ => {}
+        });
+        if self.globals[Globals::DoNotRestoreUserVariables] != 0 {
+            self.variables = [0; VARIABLES];
+        }
+    }
+}
+
+pub(crate) fn earliest(a: Option<Instant>, b: Option<Instant>) -> Option<Instant> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.min(b)),
+        (a, b) => a.or(b),
+    }
+}

@@ -1,0 +1,139 @@
+//! Driver of the TMC5160: the motion controller and motor driver of an axis, through its registers.
+//!
+//! - [`registers`]: addresses and bit fields.
+//! - [`parameters`]: what each axis parameter reads and writes.
+//! - this file: register access with a memory of what the chip cannot read back, and the motions.
+//!
+//! Source: TMC5160 datasheet; the order of writes as in the vendor's open firmware.
+
+pub(crate) mod parameters;
+pub(crate) mod registers;
+
+use opentmcl_motion::interpolation::Limits;
+
+use crate::axis::{AxisNumber, AxisState};
+use crate::board::Board;
+use registers::{Field, *};
+
+/// What is known of one chip beside what it tells itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Tmc5160 {
+    /// Last value written to each register, for those that cannot be read.
+    written: [u32; REGISTERS],
+    /// The ramp limits as set by parameters. The registers differ from them during interpolated moves,
+    /// and the one for the speed also in velocity mode.
+    pub(crate) settings: Limits,
+}
+
+impl Default for Tmc5160 {
+    fn default() -> Self {
+        Self { written: [0; REGISTERS], settings: Limits::default() }
+    }
+}
+
+/// One chip and the way to it.
+pub(crate) struct Chip<'a, B> {
+    pub(crate) axis: AxisNumber,
+    pub(crate) state: &'a mut Tmc5160,
+    pub(crate) board: &'a mut B,
+}
+
+impl<B: Board> Chip<'_, B> {
+    /// A register's value, or the value last written if the chip does not give it.
+    pub(crate) fn read(&mut self, address: u8) -> u32 {
+        let address = address % REGISTERS as u8;
+        if is_readable(address) {
+            self.board.read_register(self.axis.get(), address)
+        } else {
+            self.state.written[usize::from(address) % REGISTERS]
+        }
+    }
+
+    pub(crate) fn write(&mut self, address: u8, value: u32) {
+        let address = address % REGISTERS as u8;
+        self.state.written[usize::from(address) % REGISTERS] = value;
+        self.board.write_register(self.axis.get(), address, value);
+    }
+
+    pub(crate) fn read_field(&mut self, field: Field) -> u32 {
+        field.extract(self.read(field.register))
+    }
+
+    pub(crate) fn write_field(&mut self, field: Field, value: u32) {
+        let rest = self.read(field.register);
+        self.write(field.register, field.insert(rest, value));
+    }
+
+    /// Writes what no parameter sets, with the values of the vendor's open firmware.
+    pub(crate) fn initialize(&mut self) {
+        self.state.written = [0; REGISTERS];
+        for (address, value) in INITIAL {
+            self.write(address, value);
+        }
+    }
+
+    pub(crate) fn position(&mut self) -> i32 {
+        self.read(XACTUAL) as i32
+    }
+
+    pub(crate) fn target(&mut self) -> i32 {
+        self.read(XTARGET) as i32
+    }
+
+    pub(crate) fn encoder_position(&mut self) -> i32 {
+        self.read(X_ENC) as i32
+    }
+
+    pub(crate) fn velocity(&mut self) -> i32 {
+        sign_extend(self.read(VACTUAL), 24)
+    }
+
+    pub(crate) fn is_positioning(&mut self) -> bool {
+        self.read(RAMPMODE) == RAMPMODE_POSITION
+    }
+
+    /// Whether target and actual position are equal.
+    pub(crate) fn position_reached(&mut self) -> bool {
+        self.read_field(RAMP_STAT_POSITION_REACHED) != 0
+    }
+
+    /// Turns with this speed, positive to the right. Only the maximum acceleration counts.
+    pub(crate) fn rotate(&mut self, axis: &mut AxisState, velocity: i32) {
+        self.restore_limits(axis);
+        self.write(VMAX, velocity.unsigned_abs());
+        let mode =
+            if velocity > 0 { RAMPMODE_VELOCITY_POSITIVE } else { RAMPMODE_VELOCITY_NEGATIVE };
+        self.write(RAMPMODE, mode);
+    }
+
+    /// Moves to a position with the limits set by parameters.
+    pub(crate) fn move_to(&mut self, axis: &mut AxisState, position: i32) {
+        self.restore_limits(axis);
+        self.write(VMAX, self.state.settings.v_max);
+        self.write(XTARGET, position as u32);
+        self.write(RAMPMODE, RAMPMODE_POSITION);
+    }
+
+    /// Moves to a position with other limits, which hold until the next motion command.
+    pub(crate) fn move_to_within(&mut self, axis: &mut AxisState, position: i32, limits: Limits) {
+        axis.scaled_limits = true;
+        self.write_limits(limits);
+        self.write(VMAX, limits.v_max);
+        self.write(XTARGET, position as u32);
+        self.write(RAMPMODE, RAMPMODE_POSITION);
+    }
+
+    fn restore_limits(&mut self, axis: &mut AxisState) {
+        if core::mem::take(&mut axis.scaled_limits) {
+            self.write_limits(self.state.settings);
+        }
+    }
+
+    fn write_limits(&mut self, limits: Limits) {
+        self.write(AMAX, limits.a_max);
+        self.write(DMAX, limits.d_max);
+        self.write(V1, limits.v1);
+        self.write(A1, limits.a1);
+        self.write(D1, limits.d1);
+    }
+}

@@ -1,0 +1,30 @@
+//! A virtual module: the firmware, the hardware that is not there, and a clock.
+//!
+//! [`VirtualModule`] is what a program holds: requests in, replies out, time by explicit steps. Its
+//! clock is a number that only [`VirtualModule::advance`] and [`VirtualModule::advance_to`] move, so an
+//! hour of motion takes no longer than its events, and two runs with the same inputs are the same.
+//!
+//! - [`board`]: chips of `opentmcl-plant`, pins and a flash as the firmware's `Board`.
+//! - [`flash`]: a NOR flash in memory whose power can be cut at any operation.
+//!
+//! ```
+//! use opentmcl_virtual::VirtualModule;
+//! use opentmcl_wire::{Duration, mnemonic};
+//!
+//! let model = opentmcl_catalog::find("tmcm-6214").unwrap();
+//! let mut module = VirtualModule::new(model);
+//! module.execute(mnemonic::parse("MVP ABS, 0, 512000").unwrap());
+//! module.advance(Duration::from_secs(12));
+//! let position = module.execute(mnemonic::parse("GAP 1, 0").unwrap()).value;
+//! assert_eq!(position, 512000);
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod board;
+pub mod flash;
+mod module;
+
+pub use board::VirtualBoard;
+pub use flash::MemoryFlash;
+pub use module::{Options, VirtualModule};
+pub use opentmcl_firmware::{Answer, Line, Port};

@@ -1,0 +1,156 @@
+//! A run is a function of its inputs: asking the module in between changes nothing.
+
+use opentmcl_virtual::{Line, Port, VirtualModule};
+use opentmcl_wire::{Command, Duration, Instant, mnemonic, serial};
+
+/// What happens to the module from outside.
+enum Input {
+    Request(Line, &'static str),
+    Level(u8, bool),
+}
+
+/// A program with moves, a timer, an input interrupt, subroutines, waits and random numbers.
+const PROGRAM: &[&str] = &[
+    "VECT 0, 24",
+    "VECT 39, 27",
+    "VECT 3, 30",
+    "SGP 0, 3, 7",
+    "SGP 39, 3, 3",
+    "EI 0",
+    "EI 39",
+    "EI 3",
+    "EI 255",
+    "SGP 10, 2, 0",
+    "MVP ABS, 0, 51200", // 10
+    "MVP REL, 1, 3000",
+    "CSUB 20",
+    "WAIT POS, 1, 0",
+    "MVP ABS, 0, -200",
+    "WAIT POS, 0, 37",
+    "JC ETO, 18",
+    "JA 10",
+    "CLE ETO", // 18
+    "JA 10",
+    "GGP 133, 0", // 20
+    "CALC MOD, 100",
+    "AGP 12, 2",
+    "RSUB",
+    "CALCV ADD, 0, 1", // 24: timer
+    "GIO 0, 1",
+    "RETI",
+    "GIO 255, 0", // 27: input
+    "SIO 255, 2, -1",
+    "RETI",
+    "CALCV ADD, 3, 1", // 30: position reached
+    "WAIT TICKS, 0, 2",
+    "RETI",
+];
+
+fn millis(time: u64) -> Instant {
+    Instant::from_ticks(time * 16_000)
+}
+
+fn scenario() -> Vec<(Instant, Input)> {
+    let usb = |time, text| (millis(time), Input::Request(Line::Usb, text));
+    let rs485 = |time, text| (millis(time), Input::Request(Line::Rs485, text));
+    let mut inputs = vec![usb(0, "132 0, 0, 0")];
+    inputs.extend(PROGRAM.iter().map(|&text| usb(1, text)));
+    inputs.extend([
+        usb(2, "133 0, 0, 0"),
+        usb(2, "SGP 75, 0, 3"),
+        usb(3, "138 1, 0, 3"),
+        usb(4, "129 1, 0, 0"),
+    ]);
+    for second in 0..60 {
+        let at = second * 1000;
+        inputs.extend([
+            rs485(at + 10, "GAP 1, 0"),
+            usb(at + 15, "GAP 3, 1"),
+            (millis(at + 170), Input::Level(0, second % 2 == 0)),
+            rs485(at + 333, "GGP 0, 2"),
+            usb(at + 400, "SAP 4, 0, 40000"),
+            usb(at + 500, "GIO 255, 2"),
+            usb(at + 501, "GGP 130, 0"),
+            usb(at + 502, "135 2, 0, 0"),
+            usb(at + 700, "SAP 4, 0, 70000"),
+            rs485(at + 910, "GGP 3, 2"),
+        ]);
+    }
+    inputs.push(usb(61_000, "SGP 68, 0, 100"));
+    inputs.push(rs485(65_000, "GAP 3, 0"));
+    inputs
+}
+
+/// Everything the module sends, with the time, as `time line: bytes`.
+fn record(extra_times: &mut dyn FnMut(&VirtualModule) -> Option<Instant>) -> Vec<String> {
+    let mut module = VirtualModule::new(opentmcl_catalog::find("tmcm-6214").unwrap());
+    let mut log = Vec::new();
+    let mut collect = |module: &mut VirtualModule| {
+        while let Some((port, frame)) = module.transmit() {
+            log.push(format!("{:?} {:?}: {frame:02X?}", module.now(), port.line));
+        }
+    };
+    let scenario = scenario();
+    for (time, input) in scenario {
+        loop {
+            let event = module.next_event().filter(|&event| event < time);
+            let extra = extra_times(&module).filter(|&extra| extra < time);
+            let Some(next) = [event, extra].into_iter().flatten().min() else { break };
+            module.advance_to(next);
+            collect(&mut module);
+        }
+        module.advance_to(time);
+        match input {
+            Input::Request(line, text) => {
+                let command: Command = mnemonic::parse(text).unwrap();
+                module.receive(Port::new(line), Ok(serial::Request { address: 1, command }));
+            }
+            Input::Level(input, level) => module.set_digital_input(input, level),
+        }
+        collect(&mut module);
+    }
+    log
+}
+
+#[test]
+fn asking_more_often_changes_no_byte() {
+    let once = record(&mut |_| None);
+    assert!(once.len() > 600, "{}", once.len());
+    for seed in 1..4u64 {
+        let mut random = seed;
+        let mut asked_for = None;
+        let often = record(&mut |module| {
+            if asked_for.is_none_or(|asked| asked <= module.now()) {
+                random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                asked_for = Some(module.now() + Duration::from_ticks(1 + (random >> 33) % 200_000));
+            }
+            asked_for
+        });
+        for (at, (once, often)) in once.iter().zip(&often).enumerate() {
+            assert_eq!(once, often, "frame {at}, seed {seed}");
+        }
+        assert_eq!(once.len(), often.len());
+    }
+}
+
+#[test]
+fn the_scenario_exercises_what_it_is_for() {
+    let log = record(&mut |_| None);
+    let values = |command: u8| -> Vec<i32> {
+        log.iter()
+            .filter_map(|line| {
+                let bytes = line.rsplit_once(": [")?.1.trim_end_matches(']').split(", ");
+                let bytes: Vec<u8> =
+                    bytes.map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect();
+                let value = i32::from_be_bytes(bytes[4..8].try_into().unwrap());
+                (bytes[3] == command).then_some(value)
+            })
+            .collect()
+    };
+    let reports = log.iter().filter(|line| line.contains("80, 8A")).count();
+    assert!(reports > 20, "position reports: {reports}");
+    assert!(values(10).iter().any(|&value| value > 5000), "timer interrupts counted");
+    assert!(values(15).windows(2).any(|pair| pair[0] != pair[1]), "outputs follow inputs");
+    // The heartbeat has stopped the motor although the program wants it to move.
+    assert_eq!(values(6).last(), Some(&0));
+}
