@@ -15,7 +15,7 @@ pub(crate) enum Effect {
 }
 
 /// The operation with this number, 0..=11.
-#[inline]
+#[inline(always)]
 pub(crate) const fn operate(operation: u8, destination: i32, source: i32) -> Option<Effect> {
     Some(Effect::Assign(match operation {
         0 => destination.wrapping_add(source),

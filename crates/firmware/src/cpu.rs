@@ -180,17 +180,21 @@ impl Cpu {
     pub(crate) fn jump(&mut self, address: i32) {
         match u16::try_from(address) {
             Ok(address) if usize::from(address) < PROGRAM_LEN => self.pc = address,
-            _ => {
-                self.pc = 0;
-                self.stop();
-            }
+            _ => self.leave(),
         }
+    }
+
+    #[cold]
+    fn leave(&mut self) {
+        self.pc = 0;
+        self.stop();
     }
 
     /// Goes on behind the current command.
     #[inline]
     pub(crate) fn advance(&mut self) {
-        self.jump(i32::from(self.pc) + 1);
+        let next = self.pc.wrapping_add(1);
+        if usize::from(next) < PROGRAM_LEN { self.pc = next } else { self.leave() }
     }
 
     /// Calls a subroutine; ignored when the stack is full.

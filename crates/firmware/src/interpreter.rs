@@ -164,7 +164,6 @@ impl<B: Board> Module<B> {
 }
 
 /// Executes register commands until one is something else, is due after `until`, or the program ends.
-#[inline]
 fn run_registers(
     cpu: &mut Cpu,
     variables: &mut [i32; VARIABLES],
@@ -184,7 +183,9 @@ fn run_registers(
 
 /// Executes a command that touches nothing but the interpreter's registers and the user variables,
 /// and moves the program counter. Gives false, having done nothing, for all others.
-#[inline]
+///
+/// This and what it calls are always inlined: the loop around them is the interpreter's inner loop.
+#[inline(always)]
 fn run_register_command(cpu: &mut Cpu, variables: &mut [i32; VARIABLES], command: Command) -> bool {
     const END: u8 = 0;
     const JC: u8 = Opcode::Jc.number();
@@ -230,7 +231,7 @@ fn run_register_command(cpu: &mut Cpu, variables: &mut [i32; VARIABLES], command
 /// The commands that calculate with registers and variables, in a program and in direct mode.
 ///
 /// `None` if the command is not one of them; an error if there is no such operation or variable.
-#[inline]
+#[inline(always)]
 pub(crate) fn calculate(
     cpu: &mut Cpu,
     variables: &mut [i32; VARIABLES],
@@ -322,7 +323,7 @@ fn indexed(variables: &mut [i32; VARIABLES], index: i32) -> Option<&mut i32> {
     variables.get_mut(usize::try_from(index).ok()?)
 }
 
-#[inline]
+#[inline(always)]
 fn apply(operation: u8, destination: &mut i32, source: &mut i32, flags: &mut Flags) -> bool {
     match arithmetic::operate(operation, *destination, *source) {
         Some(arithmetic::Effect::Assign(result)) => {

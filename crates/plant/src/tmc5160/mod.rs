@@ -172,6 +172,11 @@ impl Tmc5160 {
     }
 
     fn set(&mut self, address: u8, value: u32, now: Instant) {
+        let is_limit = (registers::VSTART..=registers::XTARGET).contains(&address);
+        if self.stored(address) == value && (is_limit || address == registers::RAMPMODE) {
+            // The plan is already the one for this value.
+            return;
+        }
         let at_target = self.is_at_target(now);
         let mscnt = self.mscnt(now);
         self.store(address, value);
