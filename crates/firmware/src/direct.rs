@@ -6,7 +6,7 @@ use opentmcl_wire::{Command, Duration, Instant, Opcode, Reply, Status, serial};
 use crate::board::Board;
 use crate::commands::{Caller, Outcome};
 use crate::line::{Line, Port};
-use crate::module::Module;
+use crate::module::{Module, UNKNOWN};
 
 /// What the module answers to a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +89,10 @@ impl<B: Board> Module<B> {
         } else {
             self.execute(command, Caller::Host(port))
         };
-        self.cpu.look_again(self.now);
+        if !matches!(result, Ok(Outcome::Read(_))) {
+            self.quiet_until = UNKNOWN;
+            self.cpu.look_again(self.now);
+        }
         let (status, value) = match result {
             Ok(Outcome::Done) => (Status::OK, command.value),
             Ok(Outcome::Reply(value) | Outcome::Read(value)) => (Status::OK, value),

@@ -48,6 +48,9 @@ impl<B: Board> Module<B> {
     pub(crate) fn restart_heartbeat(&mut self) {
         let limit = u64::from(self.globals[Globals::SerialHeartbeat].unsigned_abs());
         self.heartbeat.deadline = (limit != 0).then(|| self.now + Duration::from_millis(limit));
+        if let Some(deadline) = self.heartbeat.deadline {
+            self.quiet_until = self.quiet_until.min(deadline);
+        }
     }
 
     pub(crate) fn check_heartbeat(&mut self) {

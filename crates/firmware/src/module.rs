@@ -20,6 +20,12 @@ pub(crate) const COORDINATES: usize = 21;
 /// User variables.
 pub(crate) const VARIABLES: usize = 256;
 
+/// In [`Module::quiet_until`]: has to be found out.
+pub(crate) const UNKNOWN: Instant = Instant::from_ticks(0);
+
+/// In [`Module::quiet_until`]: nothing will happen by itself.
+const NEVER: Instant = Instant::from_ticks(u64::MAX);
+
 /// What may differ between two modules of the same kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
@@ -38,6 +44,9 @@ pub struct Module<B> {
     pub(crate) model: &'static catalog::Module,
     pub(crate) board: B,
     pub(crate) now: Instant,
+    /// Nothing happens by itself before this time, so that a poll before it has nothing to look at.
+    /// Whatever changes the module's state sets it back to [`UNKNOWN`].
+    pub(crate) quiet_until: Instant,
     /// Time that one command of a program takes.
     pub(crate) command_time: Duration,
     /// Bit n of word n / 64 is set if the module knows command n.
@@ -79,6 +88,7 @@ impl<B: Board> Module<B> {
             model,
             board,
             now,
+            quiet_until: UNKNOWN,
             command_time: Duration::from_ticks(TICKS_PER_SECOND / rate),
             known_commands,
             axes: PerAxis::new(AxisState::default),
@@ -123,6 +133,7 @@ impl<B: Board> Module<B> {
 
     /// Restarts the firmware and resets the board, as command 255 does. Replies under way still go.
     pub(crate) fn restart(&mut self) {
+        self.quiet_until = UNKNOWN;
         self.board.reset();
         self.axes = PerAxis::new(AxisState::default);
         self.chips = PerAxis::new(Tmc5160::default);
@@ -176,8 +187,10 @@ impl<B: Board> Module<B> {
 
     /// Does everything that is due until `now`, in the order of time. Times never go back.
     pub fn poll(&mut self, now: Instant) {
-        while let Some(due) = self.next_step() {
+        while self.quiet_until <= now {
+            let due = self.next_step().unwrap_or(NEVER);
             if due > now {
+                self.quiet_until = due;
                 break;
             }
             self.set_time(due);
@@ -196,13 +209,20 @@ impl<B: Board> Module<B> {
     /// Hardware whose changes [`Board::next_event`] cannot foresee is told by
     /// [`Module::hardware_changed`].
     pub fn poll_at(&mut self) -> Option<Instant> {
-        earliest(self.next_step(), self.outbox.next_due())
+        let step = if self.quiet_until > self.now {
+            Some(self.quiet_until).filter(|&quiet_until| quiet_until != NEVER)
+        } else {
+            self.next_step()
+        };
+        earliest(step, self.outbox.next_due())
     }
 
     /// Tells that a pin has changed.
     pub fn hardware_changed(&mut self, now: Instant) {
         self.poll(now);
+        self.quiet_until = UNKNOWN;
         self.observe();
+        self.cpu.look_again(self.now);
     }
 
     /// A frame has arrived from the host.

@@ -91,6 +91,16 @@ impl fmt::Display for Form {
     }
 }
 
+impl Form {
+    /// Whether all fields that have no operand of their own are zero.
+    fn shows_all_of(&self, command: Command) -> bool {
+        let has = |field| self.operands.iter().any(|operand| operand.field == field);
+        (command.kind == 0 || has(Field::Kind))
+            && (command.motor == 0 || has(Field::Motor))
+            && (command.value == 0 || has(Field::Value))
+    }
+}
+
 /// Reads one command. Case does not matter; numbers may be decimal, `$` or `0x` hexadecimal or `%`
 /// binary; a word and its number mean the same; what follows `//` is a comment.
 pub fn parse(line: &str) -> Result<Command, ParseError<'_>> {
@@ -182,10 +192,10 @@ fn number(text: &str) -> Option<i64> {
 }
 
 impl fmt::Display for Command {
-    /// The text from which [`parse`] reads this command again; fields without an operand of their
-    /// own are not shown.
+    /// The text from which [`parse`] reads this command again: the mnemonic form where it shows
+    /// everything that the command holds, otherwise the numbers.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some(form) = opcode::form(self.number) else {
+        let Some(form) = opcode::form(self.number).filter(|form| form.shows_all_of(*self)) else {
             return write!(f, "{} {}, {}, {}", self.number, self.kind, self.motor, self.value);
         };
         write!(f, "{}", form.mnemonic)?;
@@ -243,6 +253,13 @@ mod tests {
     #[test]
     fn a_command_without_mnemonic_is_written_with_its_number() {
         reads("129 1, 0, 5", [129, 1, 0, 0, 0, 0, 5]);
+    }
+
+    #[test]
+    fn a_command_that_its_mnemonic_cannot_show_is_printed_as_numbers() {
+        let command = Command::new(2, 1, 0, 3);
+        assert_eq!(command.to_string(), "2 1, 0, 3");
+        assert_eq!(parse("2 1, 0, 3"), Ok(command));
     }
 
     #[test]
