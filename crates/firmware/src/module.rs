@@ -188,13 +188,16 @@ impl<B: Board> Module<B> {
     /// Does everything that is due until `now`, in the order of time. Times never go back.
     pub fn poll(&mut self, now: Instant) {
         while self.quiet_until <= now {
-            let due = self.next_step().unwrap_or(NEVER);
+            let hardware = self.next_hardware_event();
+            let due = earliest(self.next_own_step(), hardware).unwrap_or(NEVER);
             if due > now {
                 self.quiet_until = due;
                 break;
             }
             self.set_time(due);
-            self.observe();
+            if hardware.is_some_and(|event| event <= due) {
+                self.observe();
+            }
             self.check_heartbeat();
             if self.cpu.is_active() {
                 self.interrupts.run_timers(self.now);
@@ -212,7 +215,7 @@ impl<B: Board> Module<B> {
         let step = if self.quiet_until > self.now {
             Some(self.quiet_until).filter(|&quiet_until| quiet_until != NEVER)
         } else {
-            self.next_step()
+            earliest(self.next_own_step(), self.next_hardware_event())
         };
         earliest(step, self.outbox.next_due())
     }
@@ -268,26 +271,25 @@ impl<B: Board> Module<B> {
         }
     }
 
-    /// When anything happens by itself that can change the module's state.
-    fn next_step(&mut self) -> Option<Instant> {
+    /// When the firmware next does something of its own accord.
+    fn next_own_step(&self) -> Option<Instant> {
         let mut next = self.heartbeat.deadline;
         if self.cpu.is_active() {
             next = earliest(next, self.next_command());
             next = earliest(next, self.interrupts.next_timer());
         }
-        if self.is_watching() {
-            next = earliest(next, self.board.next_event());
-        }
         next
     }
 
-    /// The same without the next command: until then a program may run on undisturbed.
+    /// When the hardware next changes something that has consequences.
+    fn next_hardware_event(&mut self) -> Option<Instant> {
+        if self.is_watching() { self.board.next_event() } else { None }
+    }
+
+    /// Until when a program may run on undisturbed by anything but itself.
     pub(crate) fn next_disturbance(&mut self) -> Option<Instant> {
-        let mut next = earliest(self.heartbeat.deadline, self.interrupts.next_timer());
-        if self.is_watching() {
-            next = earliest(next, self.board.next_event());
-        }
-        next
+        let own = earliest(self.heartbeat.deadline, self.interrupts.next_timer());
+        earliest(own, self.next_hardware_event())
     }
 
     pub(crate) fn chip(&mut self, axis: AxisNumber) -> (Chip<'_, B>, &mut AxisState) {
