@@ -22,6 +22,9 @@ pub struct Limits {
     pub d1: u32,
 }
 
+/// The most axes that move together.
+pub const MAX_AXES: usize = 8;
+
 /// A quantity per microstep of distance, as a fraction. A distance of 0 is no limit yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct PerMicrostep {
@@ -45,11 +48,6 @@ impl PerMicrostep {
         if self.distance == 0 || other.is_below(self) { other } else { self }
     }
 
-    fn max(self, quantity: u32, distance: u32) -> Self {
-        let other = Self::new(quantity, distance);
-        if self.distance == 0 || self.is_below(other) { other } else { self }
-    }
-
     fn down(self, distance: u32) -> u32 {
         (self.quantity * u64::from(distance)).checked_div(self.distance).unwrap_or(0) as u32
     }
@@ -60,13 +58,66 @@ impl PerMicrostep {
     }
 }
 
+/// The axes of an interpolated move: how far each has to go, and its own limits.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Axes {
+    axes: [(u32, Limits); MAX_AXES],
+    count: usize,
+}
+
+impl Axes {
+    /// Adds an axis that has `distance` microsteps to go. One that has none limits nobody; one beyond
+    /// [`MAX_AXES`] is left out.
+    pub fn add(&mut self, distance: u32, limits: Limits) {
+        if let Some(place) = self.axes.get_mut(self.count).filter(|_| distance != 0) {
+            // Without V1 the upper limits hold from standstill on.
+            let Limits { v1, a_max, d_max, .. } = limits;
+            let limits = if v1 == 0 { Limits { a1: a_max, d1: d_max, ..limits } } else { limits };
+            *place = (distance, limits);
+            self.count += 1;
+        }
+    }
+
+    /// The fastest common profile that keeps every axis within its limits at every speed.
+    pub fn profile(&self) -> Profile {
+        let axes = || self.axes.iter().take(self.count);
+        let longest = axes().map(|&(distance, _)| distance).max().unwrap_or(0);
+        // The common V1 is that of one of the axes, or none.
+        let candidates = axes().map(|&(distance, limits)| PerMicrostep::new(limits.v1, distance));
+        let none = self.with_v1(PerMicrostep::new(0, 1), longest);
+        candidates.map(|v1| self.with_v1(v1, longest)).fold(none, |best, profile| {
+            let time = |profile: &Profile| duration(longest, profile.reference());
+            if time(&profile) < time(&best) { profile } else { best }
+        })
+    }
+
+    /// The fastest profile with this common V1.
+    fn with_v1(&self, v1: PerMicrostep, longest: u32) -> Profile {
+        let mut profile = Profile { v1, longest, ..Profile::UNLIMITED };
+        for &(distance, limits) in self.axes.iter().take(self.count) {
+            let Limits { v_max, a_max, d_max, a1, d1, .. } = limits;
+            let own_v1 = PerMicrostep::new(limits.v1, distance);
+            profile.v_max = profile.v_max.min(v_max, distance);
+            // Below the common V1 an axis is below its own, and may be above it: then both count.
+            let (low_a, low_d) =
+                if own_v1.is_below(v1) { (a1.min(a_max), d1.min(d_max)) } else { (a1, d1) };
+            let (high_a, high_d) =
+                if v1.is_below(own_v1) { (a1.min(a_max), d1.min(d_max)) } else { (a_max, d_max) };
+            profile.a1 = profile.a1.min(low_a, distance);
+            profile.d1 = profile.d1.min(low_d, distance);
+            profile.a_max = profile.a_max.min(high_a, distance);
+            profile.d_max = profile.d_max.min(high_d, distance);
+        }
+        profile
+    }
+}
+
 /// What the axes of an interpolated move have in common: limits per microstep of distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Profile {
     v_max: PerMicrostep,
     a_max: PerMicrostep,
     d_max: PerMicrostep,
-    /// The last of the axes to pass its V1 decides, so that none accelerates too early.
     v1: PerMicrostep,
     a1: PerMicrostep,
     d1: PerMicrostep,
@@ -74,8 +125,7 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// The profile before any axis has limited it.
-    pub const UNLIMITED: Self = Self {
+    const UNLIMITED: Self = Self {
         v_max: PerMicrostep::UNKNOWN,
         a_max: PerMicrostep::UNKNOWN,
         d_max: PerMicrostep::UNKNOWN,
@@ -85,36 +135,21 @@ impl Profile {
         longest: 0,
     };
 
-    /// The profile with one axis more, which has `distance` microsteps to go.
-    #[must_use]
-    pub fn limited(self, distance: u32, limits: Limits) -> Self {
-        if distance == 0 {
-            return self;
-        }
-        let Limits { v_max, a_max, d_max, v1, a1, d1 } = limits;
-        // Below the common V1 an axis may be above its own: there the smaller limit holds.
-        let (a1, d1) = if v1 == 0 { (a_max, d_max) } else { (a1.min(a_max), d1.min(d_max)) };
-        Self {
-            v_max: self.v_max.min(v_max, distance),
-            a_max: self.a_max.min(a_max, distance),
-            d_max: self.d_max.min(d_max, distance),
-            v1: self.v1.max(v1, distance),
-            a1: self.a1.min(a1, distance),
-            d1: self.d1.min(d1, distance),
-            longest: self.longest.max(distance),
-        }
-    }
-
-    /// The limits for an axis that has `distance` microsteps to go; never above its own.
-    pub fn for_distance(&self, distance: u32) -> Limits {
-        let reference = Limits {
+    /// The limits of the axis with the longest way: the one whose registers are finest.
+    fn reference(&self) -> Limits {
+        Limits {
             v_max: self.v_max.down(self.longest),
             a_max: self.a_max.down(self.longest).max(1),
             d_max: self.d_max.down(self.longest).max(1),
             v1: self.v1.up(self.longest),
             a1: self.a1.down(self.longest).max(1),
             d1: self.d1.down(self.longest).max(1),
-        };
+        }
+    }
+
+    /// The limits for an axis that has `distance` microsteps to go; never above its own.
+    pub fn for_distance(&self, distance: u32) -> Limits {
+        let reference = self.reference();
         if distance >= self.longest || distance == 0 || reference.v_max == 0 {
             return reference;
         }
@@ -182,9 +217,11 @@ mod tests {
         Limits { v_max: 53687, a_max: 439, d_max: 439, v1: 26843, a1: 220, d1: 220 };
 
     fn limits(distances: &[u32]) -> Vec<Limits> {
-        let profile = distances
-            .iter()
-            .fold(Profile::UNLIMITED, |profile, &distance| profile.limited(distance, FACTORY));
+        let mut axes = Axes::default();
+        for &distance in distances {
+            axes.add(distance, FACTORY);
+        }
+        let profile = axes.profile();
         distances.iter().map(|&distance| profile.for_distance(distance)).collect()
     }
 
@@ -218,15 +255,36 @@ mod tests {
         }
     }
 
+    /// Acceleration and deceleration that hold at a speed.
+    fn at(limits: Limits, speed: u32) -> (u32, u32) {
+        let Limits { a_max, d_max, v1, a1, d1, .. } = limits;
+        if speed < v1 { (a1, d1) } else { (a_max, d_max) }
+    }
+
     #[test]
-    fn no_axis_exceeds_its_own_limits() {
+    fn no_axis_exceeds_its_own_limits_at_any_speed() {
         let slow = Limits { v_max: 1000, a_max: 50, d_max: 60, v1: 500, a1: 20, d1: 30 };
-        let profile = Profile::UNLIMITED.limited(512_000, FACTORY).limited(100_000, slow);
-        for (distance, own) in [(512_000, FACTORY), (100_000, slow)] {
-            let limits = profile.for_distance(distance);
-            assert!(limits.v_max <= own.v_max && limits.v1 >= own.v1.min(limits.v_max));
-            assert!(limits.a_max <= own.a_max && limits.d_max <= own.d_max, "{limits:?}");
-            assert!(limits.a1 <= own.a1 && limits.d1 <= own.d1, "{limits:?}");
+        let steep = Limits { v_max: 90_000, a_max: 100, d_max: 90, v1: 5000, a1: 400, d1: 300 };
+        let plain = Limits { v_max: 70_000, a_max: 300, d_max: 200, v1: 0, a1: 1, d1: 1 };
+        for all in [
+            &[(512_000, FACTORY), (100_000, slow)][..],
+            &[(512_000, FACTORY), (500_000, steep), (3_000, slow)],
+            &[(300_000, plain), (299_000, steep), (100_000, FACTORY), (9_000, FACTORY)],
+        ] {
+            let mut axes = Axes::default();
+            all.iter().for_each(|&(distance, limits)| axes.add(distance, limits));
+            let profile = axes.profile();
+            for &(distance, own) in all {
+                let own = if own.v1 == 0 { Limits { a1: 300, d1: 200, ..own } } else { own };
+                let limits = profile.for_distance(distance);
+                assert!(limits.v_max <= own.v_max, "{limits:?}");
+                for speed in (0..limits.v_max).step_by(1 + limits.v_max as usize / 1000) {
+                    let ((a, d), (own_a, own_d)) = (at(limits, speed), at(own, speed));
+                    // A speed between the exact V1 and the register next to it counts as either.
+                    let near = speed.abs_diff(own.v1) <= 1 + own.v1 / 1000;
+                    assert!(near || a <= own_a && d <= own_d, "{speed}: {limits:?} and {own:?}");
+                }
+            }
         }
     }
 

@@ -1,7 +1,7 @@
 //! ROR ROL MST MVP and their forms with accumulator and X.
 
 use opentmcl_catalog::{AxisBehaviour, Tmc5160};
-use opentmcl_motion::interpolation::Profile;
+use opentmcl_motion::interpolation::Axes;
 use opentmcl_wire::Status;
 
 use super::{Execution, Outcome};
@@ -138,12 +138,13 @@ impl<B: Board> Module<B> {
         targets: &PerAxis<i32>,
     ) {
         let mut distances = PerAxis::new(|| 0);
-        let mut profile = Profile::UNLIMITED;
+        let mut axes = Axes::default();
         for axis in chosen.clone() {
             let (mut chip, _) = self.chip(axis);
             distances[axis] = targets[axis].wrapping_sub(chip.position()).unsigned_abs();
-            profile = profile.limited(distances[axis], chip.state.settings);
+            axes.add(distances[axis], chip.state.settings);
         }
+        let profile = axes.profile();
         for axis in chosen {
             let limits = profile.for_distance(distances[axis]);
             let (mut chip, state) = self.chip(axis);
