@@ -1,0 +1,152 @@
+//! `tmcl exec`: commands in direct mode.
+
+use std::io::Write;
+
+use opentmcl_link::{Client, Connection, ConnectionError, Uri, answers_with_text};
+use opentmcl_wire::serial::{self, AddressedReply, FRAME_LEN};
+use opentmcl_wire::{Command, Status, mnemonic};
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::local::LocalModule;
+use crate::lookup;
+
+/// Execute commands on a module and print the replies
+///
+/// Commands are executed one after the other; the first one that the module refuses ends it. The
+/// output has the form of a transcript: the command behind `>`, status and value of the reply
+/// behind `<`.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Args {
+    /// Commands in mnemonics, or as a number with type, motor and value: '129 0, 0, 0'
+    #[arg(required = true, value_name = "COMMAND", value_parser = parse_command)]
+    commands: Vec<Command>,
+    /// Module: /dev/ttyACM0, serial:PATH?baud=N, tcp:HOST:PORT or virtual:NAME
+    #[arg(short, long, value_name = "URI", value_parser = parse_uri)]
+    connect: Uri,
+    /// Address of the module
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    address: u8,
+    /// Show the bytes of requests and replies
+    #[arg(long)]
+    raw: bool,
+    /// Print one JSON object per command
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl exec -c /dev/ttyACM0 'ROR 0, 51200'
+  tmcl exec -c tcp:127.0.0.1:4016 'SAP 4, 0, 100000' 'MVP ABS, 0, 512000' 'GAP 1, 0'
+  tmcl exec -c virtual:tmcm-6214 --raw '136 1, 0, 0'";
+
+fn parse_command(text: &str) -> Result<Command, String> {
+    mnemonic::parse(text).map_err(|error| error.to_string())
+}
+
+fn parse_uri(text: &str) -> Result<Uri, String> {
+    text.parse().map_err(|error: opentmcl_link::UriError| format!("{error}; {}", error.help()))
+}
+
+/// What came back, as `--json` prints it.
+#[derive(Serialize)]
+struct Executed {
+    command: String,
+    #[serde(flatten)]
+    answer: Answer,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    request_bytes: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reply_bytes: Option<String>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Answer {
+    Reply {
+        status: u8,
+        meaning: Option<&'static str>,
+        value: i32,
+    },
+    /// Command 136 type 0 answers with text and neither a status nor a checksum.
+    Version {
+        version: String,
+    },
+}
+
+/// Executes the commands.
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let mut connection: Box<dyn Connection> = match &args.connect {
+        Uri::Virtual(name) => Box::new(LocalModule::new(lookup::module(name)?)),
+        Uri::Port(port) => Box::new(Client::open(port)?),
+    };
+    let mut out = anstream::stdout().lock();
+    for &command in &args.commands {
+        let executed = execute(connection.as_mut(), args, command)?;
+        if args.json {
+            let line = serde_json::to_string(&executed).map_err(std::io::Error::from)?;
+            writeln!(out, "{line}")?;
+        } else {
+            print(&mut out, &executed)?;
+        }
+        if let Answer::Reply { status, .. } = executed.answer
+            && !Status(status).is_ok()
+        {
+            return Err(Failure::new(format!(
+                "{}: the module answers with status {}",
+                executed.command,
+                Status(status)
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn execute(
+    connection: &mut dyn Connection,
+    args: &Args,
+    command: Command,
+) -> Result<Executed, Failure> {
+    let request = serial::encode_request(args.address, command);
+    let frame = connection.exchange(request)?;
+    let answer = if answers_with_text(command) {
+        let version = String::from_utf8_lossy(&frame[1..]).into_owned();
+        Answer::Version { version }
+    } else {
+        let Ok(AddressedReply { reply, .. }) = serial::decode_reply(frame) else {
+            return Err(ConnectionError::DamagedReply(frame).into());
+        };
+        let (status, value) = (reply.status.0, reply.value);
+        Answer::Reply { status, meaning: reply.status.meaning(), value }
+    };
+    let hex = |bytes| args.raw.then(|| hex(bytes));
+    Ok(Executed {
+        command: command.to_string(),
+        answer,
+        request_bytes: hex(request),
+        reply_bytes: hex(frame),
+    })
+}
+
+/// Writes the exchange as lines of a transcript.
+fn print(out: &mut impl Write, executed: &Executed) -> std::io::Result<()> {
+    let Executed { command, answer, request_bytes, reply_bytes } = executed;
+    if let (Some(request), Some(reply)) = (request_bytes, reply_bytes) {
+        writeln!(out, "# {command}\n>> {request}\n<< {reply}")?;
+        return match answer {
+            Answer::Reply { status, value, .. } => writeln!(out, "# {status} {value}"),
+            Answer::Version { version } => writeln!(out, "# {version}"),
+        };
+    }
+    writeln!(out, "> {command}")?;
+    match answer {
+        Answer::Reply { status, value, .. } => writeln!(out, "< {status} {value}"),
+        Answer::Version { version } => writeln!(out, "# {version}"),
+    }
+}
+
+fn hex(bytes: [u8; FRAME_LEN]) -> String {
+    bytes.map(|byte| format!("{byte:02X}")).join(" ")
+}

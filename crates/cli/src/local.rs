@@ -1,0 +1,61 @@
+//! A virtual module inside this program, as a connection.
+
+use std::time::Duration;
+
+use opentmcl_catalog::Module;
+use opentmcl_firmware::{Line, Port};
+use opentmcl_link::{Connection, ConnectionError, DEFAULT_TIMEOUT};
+use opentmcl_virtual::VirtualModule;
+use opentmcl_wire::serial::{Decoder, FRAME_LEN};
+
+const PORT: Port = Port { line: Line::Usb, number: 0 };
+
+/// A module that was just switched on. Its time stands still except while a reply is awaited.
+pub(crate) struct LocalModule {
+    module: VirtualModule,
+    decoder: Decoder,
+}
+
+impl LocalModule {
+    /// A new module as it leaves the factory.
+    pub(crate) fn new(model: &'static Module) -> Self {
+        Self { module: VirtualModule::new(model), decoder: Decoder::new() }
+    }
+}
+
+impl Connection for LocalModule {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ConnectionError> {
+        for &byte in bytes {
+            if let Some(request) = self.decoder.push(byte, self.module.now()) {
+                self.module.receive(PORT, request);
+            }
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, timeout: Duration) -> Result<Option<[u8; FRAME_LEN]>, ConnectionError> {
+        let micros = u64::try_from(timeout.as_micros()).unwrap_or(u64::MAX);
+        let end = self.module.now() + opentmcl_wire::Duration::from_micros(micros);
+        loop {
+            if let Some((_, frame)) = self.module.transmit() {
+                return Ok(Some(frame));
+            }
+            match self.module.next_event() {
+                Some(event) if event <= end => self.module.advance_to(event),
+                _ => {
+                    self.module.advance_to(end);
+                    return Ok(None);
+                }
+            }
+        }
+    }
+
+    fn discard(&mut self) -> Result<(), ConnectionError> {
+        while self.module.transmit().is_some() {}
+        Ok(())
+    }
+
+    fn timeout(&self) -> Duration {
+        DEFAULT_TIMEOUT
+    }
+}
