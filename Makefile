@@ -1,0 +1,112 @@
+# Everything from a fresh checkout: `make run` to have a module, `make test` before a change goes in.
+# Needed beforehand: Rust 1.95 or later, Python 3.9 or later with venv, a C and C++ compiler.
+
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+MAKEFLAGS += --no-builtin-rules
+
+# A rustup installation that the shell does not know yet, and before a distribution's older Rust.
+export PATH := $(HOME)/.cargo/bin:$(PATH)
+
+VENV := .venv
+PYTHON := $(VENV)/bin/python
+# Relative to this folder or absolute, as Cargo itself takes it.
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+CORE := opentmcl-wire opentmcl-catalog opentmcl-motion opentmcl-firmware
+# What `make run` serves, and further options for it: make run ARGS="--tcp 127.0.0.1:4016".
+MODULE := tmcm-6214
+ARGS :=
+# How long each fuzz target runs.
+FUZZ_SECONDS := 600
+
+heading = @printf '\n== %s\n' "$(1)"
+
+.PHONY: help
+help: ## Show this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+.PHONY: run
+run: ## Serve a virtual TMCM-6214 until Ctrl-C
+	$(call heading,build)
+	cargo build --locked --release -p opentmcl-cli
+	$(call heading,serve $(MODULE))
+	@exec $(TARGET)/release/tmcl serve $(MODULE) $(ARGS)
+
+.PHONY: test
+test: fmt clippy test-rust conform test-python thumb fuzz-short docs-check ## Run every check
+	$(call heading,all checks passed)
+
+.PHONY: fmt
+fmt: ## Check the formatting
+	$(call heading,format)
+	cargo fmt --all --check
+	cargo fmt --manifest-path fuzz/Cargo.toml --check
+
+.PHONY: clippy
+clippy: ## Run the linter, warnings denied
+	$(call heading,clippy)
+	cargo clippy --locked --workspace --all-targets -- -D warnings
+
+.PHONY: test-rust
+test-rust: ## Run the Rust tests
+	$(call heading,Rust tests)
+	cargo test --locked --workspace
+
+# Together with the tests: a build for itself would compile half of the dependencies once more, with
+# fewer features.
+.PHONY: program
+program:
+	$(call heading,tmcl)
+	cargo test --locked --workspace --no-run --quiet
+
+.PHONY: conform
+conform: program ## Run the transcripts and count what they cover
+	$(call heading,transcripts)
+	$(TARGET)/debug/tmcl conform --coverage
+
+.PHONY: test-python
+test-python: program venv ## Run the client tests with PyTrinamic
+	$(call heading,client tests)
+	TMCL=$(TARGET)/debug/tmcl $(PYTHON) -m pytest tests/python
+
+.PHONY: thumb
+thumb: ## Build the core for a Cortex-M4F
+	$(call heading,core for thumbv7em-none-eabihf)
+	tools/thumb-build.sh $(CORE)
+
+.PHONY: fuzz
+fuzz: ## Fuzz each target for FUZZ_SECONDS (600), keeping what is found
+	$(call heading,fuzz)
+	tools/fuzz.sh $(FUZZ_SECONDS)
+
+.PHONY: fuzz-short
+fuzz-short: ## Fuzz each target for 10 seconds from the committed seeds
+	$(call heading,fuzz)
+	tools/fuzz.sh --from-seeds 10
+
+.PHONY: docs-check
+docs-check: ## Check the documentation: API docs and links
+	$(call heading,documentation)
+	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --document-private-items --quiet
+	python3 tools/check_links.py
+
+.PHONY: bench
+bench: venv ## Measure, print a table and write target/bench/summary.json
+	$(call heading,build)
+	cargo build --locked --release -p opentmcl-cli -p opentmcl-bench
+	$(call heading,measure)
+	TMCL=$(TARGET)/release/tmcl BENCH=$(TARGET)/release/opentmcl-bench $(PYTHON) bench/run.py
+
+.PHONY: venv
+venv: $(VENV)/installed ## Install Python with PyTrinamic in .venv
+
+$(VENV)/installed: tests/python/requirements.txt
+	$(call heading,Python environment)
+	tools/make-venv.sh $(VENV) $<
+	@touch $@
+
+.PHONY: clean
+clean: ## Remove everything that was built
+	rm -rf $(TARGET) target fuzz/target $(VENV)

@@ -1,0 +1,128 @@
+//! Modules with a program, and how fast programs run.
+
+use std::time::Duration as Wall;
+
+use opentmcl_catalog::{MODULES, Module};
+use opentmcl_virtual::{Options, VirtualModule, flash::MemoryFlash};
+use opentmcl_wire::{Command, Duration, Opcode, mnemonic};
+
+use crate::{Measured, seconds_per_call};
+
+const RUN: u8 = 129;
+const RESET: u8 = 131;
+const START_DOWNLOAD: u8 = 132;
+const END_DOWNLOAD: u8 = 133;
+/// Global parameter 128: whether the program runs.
+const APPLICATION_STATUS: u8 = 128;
+
+/// Back and forth on six axes at once, each way to its end before the next; 512000 microsteps are
+/// ten turns of a motor and take 11.75 s with the factory's ramp.
+const SIX_AXES: [&str; 25] = [
+    "MVP ABS, 0, 512000",
+    "MVP ABS, 1, 512000",
+    "MVP ABS, 2, 512000",
+    "MVP ABS, 3, 512000",
+    "MVP ABS, 4, 512000",
+    "MVP ABS, 5, 512000",
+    "WAIT POS, 0, 0",
+    "WAIT POS, 1, 0",
+    "WAIT POS, 2, 0",
+    "WAIT POS, 3, 0",
+    "WAIT POS, 4, 0",
+    "WAIT POS, 5, 0",
+    "MVP ABS, 0, 0",
+    "MVP ABS, 1, 0",
+    "MVP ABS, 2, 0",
+    "MVP ABS, 3, 0",
+    "MVP ABS, 4, 0",
+    "MVP ABS, 5, 0",
+    "WAIT POS, 0, 0",
+    "WAIT POS, 1, 0",
+    "WAIT POS, 2, 0",
+    "WAIT POS, 3, 0",
+    "WAIT POS, 4, 0",
+    "WAIT POS, 5, 0",
+    "JA 0",
+];
+
+fn model() -> &'static Module {
+    MODULES.iter().find(|module| module.axes == 6).expect("the catalogue has a six-axis module")
+}
+
+fn execute(module: &mut VirtualModule, line: &str) -> i32 {
+    let command = mnemonic::parse(line).expect("a command");
+    let reply = module.execute(command);
+    assert!(reply.status.is_ok(), "{line}: {}", reply.status);
+    reply.value
+}
+
+fn control(module: &mut VirtualModule, number: u8) {
+    let reply = module.execute(Command::new(number, 0, 0, 0));
+    assert!(reply.status.is_ok(), "command {number}: {}", reply.status);
+}
+
+fn download(module: &mut VirtualModule, lines: &[&str]) {
+    control(module, START_DOWNLOAD);
+    for line in lines {
+        execute(module, line);
+    }
+    control(module, END_DOWNLOAD);
+}
+
+fn restart(module: &mut VirtualModule) {
+    control(module, RESET);
+    control(module, RUN);
+}
+
+/// A module that runs the six-axis program.
+pub(crate) fn six_axis_module() -> VirtualModule {
+    let mut module = VirtualModule::new(model());
+    download(&mut module, &SIX_AXES);
+    restart(&mut module);
+    module
+}
+
+/// A module whose six axes turn.
+pub(crate) fn moving_module() -> VirtualModule {
+    let mut module = VirtualModule::new(model());
+    for axis in 0..6 {
+        execute(&mut module, &format!("ROR {axis}, {}", 10_000 + 7_000 * axis));
+    }
+    advance_seconds(&mut module, 2);
+    module
+}
+
+pub(crate) fn advance_seconds(module: &mut VirtualModule, seconds: u32) {
+    module.advance(Duration::from_ticks(16_000_000 * u64::from(seconds)));
+}
+
+/// Iterations per second of a loop of CALC ADD and DJNZ.
+pub(crate) fn interpreter() -> Measured {
+    const ITERATIONS: u32 = 1_000_000;
+    /// So many commands per second of virtual time that the clock seldom interrupts the loop.
+    const PROGRAM_RATE: u32 = 1_000_000;
+    let options = Options { program_rate: PROGRAM_RATE };
+    let mut module = VirtualModule::with_flash(model(), MemoryFlash::new(), options);
+    download(&mut module, &["CALC ADD, 3", "DJNZ 0, 0", "STOP"]);
+    let seconds = seconds_per_call(Wall::from_millis(300), || {
+        execute(&mut module, &format!("SGP 0, 2, {ITERATIONS}"));
+        restart(&mut module);
+        advance_seconds(&mut module, 2 * ITERATIONS / PROGRAM_RATE + 1);
+        let running = Command::new(Opcode::Ggp.number(), APPLICATION_STATUS, 0, 0);
+        assert_eq!(module.execute(running).value, 0, "the loop has ended");
+        assert_eq!(execute(&mut module, "GGP 0, 2"), 0, "the loop has counted down");
+    });
+    Measured::new(f64::from(ITERATIONS) / seconds)
+}
+
+/// How many times faster than real time an hour of the six-axis program runs.
+pub(crate) fn six_axis_hour() -> Measured {
+    const HOUR: u32 = 3600;
+    let mut module = six_axis_module();
+    let seconds = seconds_per_call(Wall::from_millis(300), || advance_seconds(&mut module, HOUR));
+    let moves = f64::from(HOUR) / 11.75 * 6.0;
+    Measured {
+        value: f64::from(HOUR) / seconds,
+        note: format!("{:.2} ms per hour, {:.2} us per move", seconds * 1e3, seconds * 1e6 / moves),
+    }
+}
