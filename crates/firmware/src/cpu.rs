@@ -168,6 +168,15 @@ impl Cpu {
         *self = Self { mode: self.mode, next_at: self.next_at, ..Self::new(self.next_at) };
     }
 
+    /// Goes to an address from outside the program: what was under way, calls and an interrupt handler
+    /// included, is given up. The registers stay.
+    pub(crate) fn start_at(&mut self, address: u16) {
+        self.pc = address;
+        self.depth = 0;
+        self.interrupted = None;
+        self.wait = None;
+    }
+
     /// Stands still, by command or at the end of the program.
     pub(crate) fn stop(&mut self) {
         self.mode = Mode::Stop;

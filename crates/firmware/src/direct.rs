@@ -57,12 +57,15 @@ impl<B: Board> Module<B> {
         match request {
             Ok(request) => {
                 let answer = self.answer_command(request.command, Some(port));
-                if !self.is_suppressed(request.command) {
+                if !self.is_suppressed(request.command.number) {
                     self.send_answer(port, answer);
                 }
             }
             Err(_) => {
-                self.send(port, Reply { status: Status::WRONG_CHECKSUM, number: 0, value: 0 })
+                let reply = Reply { status: Status::WRONG_CHECKSUM, number: 0, value: 0 };
+                if !self.is_suppressed(reply.number) {
+                    self.send(port, reply);
+                }
             }
         }
     }
@@ -74,11 +77,9 @@ impl<B: Board> Module<B> {
     }
 
     /// Global parameter 255 silences all but the commands that ask for a value.
-    fn is_suppressed(&self, command: Command) -> bool {
-        let asks = matches!(
-            Opcode::from_number(command.number),
-            Some(Opcode::Gap | Opcode::Ggp | Opcode::Gio)
-        );
+    fn is_suppressed(&self, command: u8) -> bool {
+        let asks =
+            matches!(Opcode::from_number(command), Some(Opcode::Gap | Opcode::Ggp | Opcode::Gio));
         self.globals[Globals::SuppressReply] != 0 && !asks
     }
 

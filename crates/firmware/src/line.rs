@@ -56,17 +56,10 @@ impl Outbox {
         }
     }
 
-    /// The next frame that is due, oldest first.
+    /// The next frame that is due, oldest first; one on a line without pause overtakes those with one.
     pub(crate) fn pop(&mut self, now: Instant) -> Option<(Port, [u8; serial::FRAME_LEN])> {
-        let first = self.frames.first().copied().flatten().filter(|first| first.due <= now);
-        let at = match first {
-            Some(_) => 0,
-            // A later frame on a line without pause does not wait for an earlier one with pause.
-            None => self
-                .frames
-                .iter()
-                .position(|place| place.as_ref().is_some_and(|outgoing| outgoing.due <= now))?,
-        };
+        let is_due = |place: &Option<Outgoing>| place.is_some_and(|outgoing| outgoing.due <= now);
+        let at = self.frames.iter().position(is_due)?;
         let outgoing = self.frames.get_mut(at)?.take()?;
         if let Some(rest) = self.frames.get_mut(at..) {
             rest.rotate_left(1);
@@ -75,6 +68,6 @@ impl Outbox {
     }
 
     pub(crate) fn next_due(&self) -> Option<Instant> {
-        self.frames.iter().map_while(|place| place.as_ref()).map(|outgoing| outgoing.due).min()
+        self.frames.iter().flatten().map(|outgoing| outgoing.due).min()
     }
 }

@@ -161,9 +161,9 @@ fn finish_factory_reset<F: NorFlash>(flash: &mut F) {
         Some(word) => flash.read(JOURNAL, word).is_ok() && word.iter().any(|&byte| byte != 0xFF),
         None => false,
     };
-    if marked && flash.erase(0, JOURNAL).is_ok() && flash.erase(JOURNAL, FLASH_SIZE as u32).is_err()
-    {
-        // The mark stays; the next start tries again.
+    if marked && flash.erase(0, JOURNAL).is_ok() {
+        // If this fails the mark stays, and the next start tries again.
+        let _ = flash.erase(JOURNAL, FLASH_SIZE as u32);
     }
 }
 

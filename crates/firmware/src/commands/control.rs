@@ -35,8 +35,7 @@ impl<B: Board> Module<B> {
                     0 => {}
                     1 => {
                         let address = program_address(value)?;
-                        self.cpu.wait = None;
-                        self.cpu.pc = address;
+                        self.cpu.start_at(address);
                     }
                     _ => return Err(Status::WRONG_TYPE),
                 }
