@@ -1,5 +1,5 @@
 # Everything from a fresh checkout: `make run` to have a module, `make test` before a change goes in.
-# Needed beforehand: Rust 1.95 or later, Python 3.9 or later with venv, a C and C++ compiler.
+# Needed beforehand: Rust 1.95 or later, Python 3.10 or later with venv, a C and C++ compiler.
 
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -87,10 +87,11 @@ fuzz-short: ## Fuzz each target for 10 seconds from the committed seeds
 	tools/fuzz.sh --from-seeds 10
 
 .PHONY: docs-check
-docs-check: ## Check the documentation: API docs and links
+docs-check: program venv ## Check the documentation: API docs, links, and that examples show real output
 	$(call heading,documentation)
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps --document-private-items --quiet
 	python3 tools/check_links.py
+	TMCL=$(TARGET)/debug/tmcl python3 tools/check_docs.py --python $(PYTHON)
 
 .PHONY: bench
 bench: venv ## Measure, print a table and write target/bench/summary.json
