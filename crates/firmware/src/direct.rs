@@ -38,7 +38,9 @@ impl<B: Board> Module<B> {
     /// Executes a command in direct mode as if it came by a line without addresses.
     pub fn execute_direct(&mut self, command: Command, now: Instant) -> Answer {
         self.poll(now);
-        self.answer_command(command, None)
+        let answer = self.answer_command(command, None);
+        self.observe_touched();
+        answer
     }
 
     /// Answers a frame from a line.
@@ -60,6 +62,7 @@ impl<B: Board> Module<B> {
                 if !self.is_suppressed(request.command.number) {
                     self.send_answer(port, answer);
                 }
+                self.observe_touched();
             }
             Err(_) => {
                 let reply = Reply { status: Status::WRONG_CHECKSUM, number: 0, value: 0 };

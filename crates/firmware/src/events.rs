@@ -26,6 +26,9 @@ pub(crate) struct Arrivals {
     awaited: u8,
     /// Who asked.
     port: Option<Port>,
+    /// Axes on which a command may have brought about what the hardware reports no event for: a target
+    /// at which the axis stands already, another position or polarity.
+    touched: u8,
 }
 
 /// Levels of switches and inputs as seen last; their changes are edges.
@@ -80,8 +83,21 @@ impl<B: Board> Module<B> {
                 arrivals.asked &= !axis.bit();
             }
         }
-        // The hardware reports no event for a target at which the axis stands already.
-        self.observe_arrivals();
+        self.touch(axis);
+    }
+
+    /// A command has changed what the hardware of an axis shows.
+    pub(crate) fn touch(&mut self, axis: AxisNumber) {
+        self.arrivals.touched |= axis.bit();
+    }
+
+    /// Looks at the axes that a command has touched; after the reply to that command, so that a report
+    /// of arrival (138) does not overtake it.
+    pub(crate) fn observe_touched(&mut self) {
+        let touched = core::mem::take(&mut self.arrivals.touched);
+        if touched != 0 {
+            self.observe_axes(touched);
+        }
     }
 
     /// An axis is no longer on its way to a target.
@@ -110,16 +126,21 @@ impl<B: Board> Module<B> {
 
     /// Looks at the hardware and draws the consequences.
     pub(crate) fn observe(&mut self) {
-        self.observe_arrivals();
+        self.observe_axes(u8::MAX);
+    }
+
+    fn observe_axes(&mut self, axes: u8) {
+        self.observe_arrivals(axes);
         if self.watches_interrupts() {
             self.observe_levels();
         }
     }
 
-    fn observe_arrivals(&mut self) {
+    fn observe_arrivals(&mut self, axes: u8) {
         let mut reported = 0;
+        let looked_at = self.arrivals.moving & axes;
         for axis in AxisNumber::all(self.model.axes) {
-            if self.arrivals.moving & axis.bit() != 0 && self.chip(axis).0.position_reached() {
+            if looked_at & axis.bit() != 0 && self.chip(axis).0.position_reached() {
                 self.arrivals.moving &= !axis.bit();
                 reported |= self.arrivals.awaited & axis.bit();
                 self.raise(InterruptBehaviour::PositionReached, axis.get());

@@ -121,6 +121,7 @@ impl<B: Board> Module<B> {
             _ => {
                 if self.is_known(command.number) {
                     self.run_other_command(command);
+                    self.observe_touched();
                 }
                 self.cpu.advance();
             }

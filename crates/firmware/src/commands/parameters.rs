@@ -45,8 +45,7 @@ impl<B: Board> Module<B> {
         }
         self.check_range(axis, row, i64::from(value))?;
         self.write_axis_parameter(axis, row, value)?;
-        // A position or polarity may have become another without an event of the hardware.
-        self.observe();
+        self.touch(axis);
         Ok(Outcome::Done)
     }
 

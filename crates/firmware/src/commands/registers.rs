@@ -15,7 +15,7 @@ impl<B: Board> Module<B> {
         let axis = self.axis(motor)?;
         check_address(address)?;
         self.chip(axis).0.write(address, value as u32);
-        self.observe();
+        self.touch(axis);
         Ok(Outcome::Done)
     }
 

@@ -169,3 +169,19 @@ pub(crate) const PWM_FREQ: Field = Field::new(PWMCONF, 16, 2);
 pub(crate) const PWM_AUTOSCALE: Field = Field::new(PWMCONF, 18, 1);
 pub(crate) const FREEWHEEL: Field = Field::new(PWMCONF, 20, 2);
 pub(crate) const PWM_SCALE_SUM: Field = Field::new(PWM_SCALE, 0, 8);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_virtual_axis_never_shows_lies_where_the_datasheet_puts_it() {
+        // DRV_STATUS: load in bits 0..=9, the driver's flags in the top byte. XLATCH is register 36h.
+        assert_eq!(SG_RESULT.register, 0x6F);
+        assert_eq!(SG_RESULT.extract(0xFFFF_FD55), 0x155);
+        assert_eq!(SG_RESULT.extract(0x0000_03FF), 0x3FF);
+        assert_eq!(DRIVER_FLAGS.extract(0xA500_0000), 0xA5);
+        assert_eq!((XLATCH, X_ENC, ENC_LATCH), (0x36, 0x39, 0x3C));
+        assert_eq!(PWM_SCALE_SUM.extract(0xFFFF_FF42), 0x42);
+    }
+}
