@@ -46,15 +46,32 @@ const PROGRAM: &[&str] = &[
     "RETI",
 ];
 
+/// A program that calculates without end and looks at a motor now and then: whatever else happens has
+/// to find its moment between two of its commands.
+const BUSY_PROGRAM: &[&str] = &[
+    "VECT 0, 10",
+    "SGP 0, 3, 13",
+    "EI 0",
+    "EI 255",
+    "ROR 0, 51200",
+    "SGP 1, 2, 700", // 5
+    "CALC ADD, 3",
+    "DJNZ 1, 6",
+    "GAP 1, 0",
+    "JA 5",
+    "AGP 0, 2", // 10: timer
+    "RETI",
+];
+
 fn millis(time: u64) -> Instant {
     Instant::from_ticks(time * 16_000)
 }
 
-fn scenario() -> Vec<(Instant, Input)> {
+fn scenario(program: &[&'static str]) -> Vec<(Instant, Input)> {
     let usb = |time, text| (millis(time), Input::Request(Line::Usb, text));
     let rs485 = |time, text| (millis(time), Input::Request(Line::Rs485, text));
     let mut inputs = vec![usb(0, "132 0, 0, 0")];
-    inputs.extend(PROGRAM.iter().map(|&text| usb(1, text)));
+    inputs.extend(program.iter().map(|&text| usb(1, text)));
     inputs.extend([
         usb(2, "133 0, 0, 0"),
         usb(2, "SGP 75, 0, 3"),
@@ -77,25 +94,44 @@ fn scenario() -> Vec<(Instant, Input)> {
         ]);
     }
     inputs.push(usb(61_000, "SGP 68, 0, 100"));
-    inputs.push(rs485(65_000, "GAP 3, 0"));
+    // Where the axis stands tells when the heartbeat stopped it.
+    inputs.push(rs485(65_000, "GAP 1, 0"));
+    inputs.push(rs485(65_001, "GAP 3, 0"));
     inputs
 }
 
+/// When the module is asked between two inputs.
+enum Times<'a> {
+    /// Never: it has to catch up in one go.
+    Never,
+    /// Whenever it wants to be.
+    AtEvents,
+    /// Then, and at other times besides.
+    AndAt(&'a mut dyn FnMut(Instant) -> Instant),
+}
+
 /// Everything the module sends, with the time, as `time line: bytes`.
-fn record(extra_times: &mut dyn FnMut(&VirtualModule) -> Option<Instant>) -> Vec<String> {
+fn record(program: &[&'static str], mut times: Times<'_>) -> Vec<String> {
     let mut module = VirtualModule::new(opentmcl_catalog::find("tmcm-6214").unwrap());
     let mut log = Vec::new();
     let mut collect = |module: &mut VirtualModule| {
         while let Some((port, frame)) = module.transmit() {
-            log.push(format!("{:?} {:?}: {frame:02X?}", module.now(), port.line));
+            log.push(format!("{} {:?}: {frame:02X?}", module.now().as_ticks(), port.line));
         }
     };
-    let scenario = scenario();
+    let scenario = scenario(program);
     for (time, input) in scenario {
         loop {
-            let event = module.next_event().filter(|&event| event < time);
-            let extra = extra_times(&module).filter(|&extra| extra < time);
-            let Some(next) = [event, extra].into_iter().flatten().min() else { break };
+            let event = module.next_event();
+            let next = match &mut times {
+                Times::Never => None,
+                Times::AtEvents => event,
+                Times::AndAt(extra) => {
+                    let extra = extra(module.now());
+                    Some(event.map_or(extra, |event| event.min(extra)))
+                }
+            };
+            let Some(next) = next.filter(|&next| next < time) else { break };
             module.advance_to(next);
             collect(&mut module);
         }
@@ -114,28 +150,47 @@ fn record(extra_times: &mut dyn FnMut(&VirtualModule) -> Option<Instant>) -> Vec
 
 #[test]
 fn asking_more_often_changes_no_byte() {
-    let once = record(&mut |_| None);
-    assert!(once.len() > 600, "{}", once.len());
+    for program in [PROGRAM, BUSY_PROGRAM] {
+        compare(program);
+    }
+}
+
+fn compare(program: &[&'static str]) {
+    let once = record(program, Times::AtEvents);
+    assert!(once.len() > 500, "{}", once.len());
     for seed in 1..4u64 {
         let mut random = seed;
-        let mut asked_for = None;
-        let often = record(&mut |module| {
-            if asked_for.is_none_or(|asked| asked <= module.now()) {
-                random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                asked_for = Some(module.now() + Duration::from_ticks(1 + (random >> 33) % 200_000));
-            }
-            asked_for
-        });
-        for (at, (once, often)) in once.iter().zip(&often).enumerate() {
-            assert_eq!(once, often, "frame {at}, seed {seed}");
-        }
-        assert_eq!(once.len(), often.len());
+        let mut asked = Instant::from_ticks(0);
+        let often = record(
+            program,
+            Times::AndAt(&mut |now| {
+                if asked <= now {
+                    random =
+                        random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                    asked = now + Duration::from_ticks(1 + (random >> 33) % 200_000);
+                }
+                asked
+            }),
+        );
+        assert_same(&once, &often);
     }
+    // Without a look in between, frames are the same; only the time of their collection is not.
+    let untimed = |log: Vec<String>| -> Vec<String> {
+        log.iter().filter_map(|line| Some(line.split_once(' ')?.1.to_owned())).collect()
+    };
+    assert_same(&untimed(once), &untimed(record(program, Times::Never)));
+}
+
+fn assert_same(once: &[String], other: &[String]) {
+    for (at, (once, other)) in once.iter().zip(other).enumerate() {
+        assert_eq!(once, other, "frame {at}");
+    }
+    assert_eq!(once.len(), other.len());
 }
 
 #[test]
 fn the_scenario_exercises_what_it_is_for() {
-    let log = record(&mut |_| None);
+    let log = record(PROGRAM, Times::AtEvents);
     let values = |command: u8| -> Vec<i32> {
         log.iter()
             .filter_map(|line| {
