@@ -300,7 +300,15 @@ mod tests {
         // A short move, all below V1: 2 · √(way / a1).
         let short = 2.0 * (5_000.0 / a1).sqrt();
         assert!((seconds(5_000, FACTORY) - short).abs() < 1e-3, "{short}");
+        // Braking four times as hard as accelerating, up to the full speed and short of it.
+        let uneven = Limits { v_max: 53687, a_max: 400, d_max: 1600, v1: 0, a1: 1, d1: 1 };
+        let (a, d) = (400.0 * 116.41532, 1600.0 * 116.41532);
+        let full = 512_000.0 / v + v / (2.0 * a) + v / (2.0 * d);
+        assert!((seconds(512_000, uneven) - full).abs() < 1e-3, "{full}");
+        let peak = (2.0 * 5_000.0 / (1.0 / a + 1.0 / d)).sqrt();
+        let triangle = peak / a + peak / d;
+        assert!((seconds(5_000, uneven) - triangle).abs() < 1e-3, "{triangle}");
         let trapezoid = Limits { v1: 0, ..FACTORY };
-        assert!((seconds(512_000, trapezoid) - (10.0 + v / a)).abs() < 1e-3);
+        assert!((seconds(512_000, trapezoid) - (10.0 + v / 51106.3)).abs() < 1e-3);
     }
 }

@@ -50,7 +50,7 @@ const PROGRAM: &[&str] = &[
 /// to find its moment between two of its commands.
 const BUSY_PROGRAM: &[&str] = &[
     "VECT 0, 10",
-    "SGP 0, 3, 13",
+    "SGP 0, 3, 1234",
     "EI 0",
     "EI 255",
     "ROR 0, 51200",
@@ -97,6 +97,8 @@ fn scenario(program: &[&'static str]) -> Vec<(Instant, Input)> {
     // Where the axis stands tells when the heartbeat stopped it.
     inputs.push(rs485(65_000, "GAP 1, 0"));
     inputs.push(rs485(65_001, "GAP 3, 0"));
+    // Late enough that the replies before it have been sent, telegram pause included.
+    inputs.push(usb(66_000, "GGP 0, 2"));
     inputs
 }
 
@@ -191,7 +193,7 @@ fn assert_same(once: &[String], other: &[String]) {
 #[test]
 fn the_scenario_exercises_what_it_is_for() {
     let log = record(PROGRAM, Times::AtEvents);
-    let values = |command: u8| -> Vec<i32> {
+    let values = |log: &[String], command: u8| -> Vec<i32> {
         log.iter()
             .filter_map(|line| {
                 let bytes = line.rsplit_once(": [")?.1.trim_end_matches(']').split(", ");
@@ -204,8 +206,10 @@ fn the_scenario_exercises_what_it_is_for() {
     };
     let reports = log.iter().filter(|line| line.contains("80, 8A")).count();
     assert!(reports > 20, "position reports: {reports}");
-    assert!(values(10).iter().any(|&value| value > 5000), "timer interrupts counted");
-    assert!(values(15).windows(2).any(|pair| pair[0] != pair[1]), "outputs follow inputs");
-    // The heartbeat has stopped the motor although the program wants it to move.
-    assert_eq!(values(6).last(), Some(&0));
+    assert!(values(&log, 10).iter().any(|&value| value > 5000), "timer interrupts counted");
+    assert!(values(&log, 15).windows(2).any(|pair| pair[0] != pair[1]), "outputs follow inputs");
+    // The heartbeat has stopped the motor that the busy program turns.
+    let busy = record(BUSY_PROGRAM, Times::AtEvents);
+    assert_eq!(values(&busy, 6).last(), Some(&0));
+    assert!(values(&busy, 6).iter().any(|&value| value > 3_000_000), "a minute at 51200 pps");
 }
