@@ -4,14 +4,10 @@ use std::time::Duration as Wall;
 
 use opentmcl_catalog::{MODULES, Module};
 use opentmcl_virtual::{Options, VirtualModule, flash::MemoryFlash};
-use opentmcl_wire::{Command, Duration, Opcode, mnemonic};
+use opentmcl_wire::{Command, Duration, Opcode, control, mnemonic};
 
 use crate::{Measured, seconds_per_call};
 
-const RUN: u8 = 129;
-const RESET: u8 = 131;
-const START_DOWNLOAD: u8 = 132;
-const END_DOWNLOAD: u8 = 133;
 /// Global parameter 128: whether the program runs.
 const APPLICATION_STATUS: u8 = 128;
 
@@ -56,22 +52,22 @@ fn execute(module: &mut VirtualModule, line: &str) -> i32 {
     reply.value
 }
 
-fn control(module: &mut VirtualModule, number: u8) {
+fn send(module: &mut VirtualModule, number: u8) {
     let reply = module.execute(Command::new(number, 0, 0, 0));
     assert!(reply.status.is_ok(), "command {number}: {}", reply.status);
 }
 
 fn download(module: &mut VirtualModule, lines: &[&str]) {
-    control(module, START_DOWNLOAD);
+    send(module, control::START_DOWNLOAD);
     for line in lines {
         execute(module, line);
     }
-    control(module, END_DOWNLOAD);
+    send(module, control::END_DOWNLOAD);
 }
 
 fn restart(module: &mut VirtualModule) {
-    control(module, RESET);
-    control(module, RUN);
+    send(module, control::RESET_PROGRAM);
+    send(module, control::RUN_PROGRAM);
 }
 
 /// A module that runs the six-axis program.

@@ -8,7 +8,7 @@
 use libfuzzer_sys::fuzz_target;
 use opentmcl_catalog::MODULES;
 use opentmcl_virtual::{Options, VirtualModule, flash::MemoryFlash};
-use opentmcl_wire::{Command, Duration, Status};
+use opentmcl_wire::{Command, Duration, Status, control};
 
 /// Most steps of the host.
 const STEPS: usize = 32;
@@ -16,13 +16,8 @@ const STEPS: usize = 32;
 const COMMANDS_PER_SECOND: u32 = 2000;
 
 const FIRST_CONTROL_COMMAND: u8 = 128;
-const RUN: u8 = 129;
-const RESET: u8 = 131;
-const START_DOWNLOAD: u8 = 132;
-const END_DOWNLOAD: u8 = 133;
-const STATUS: u8 = 135;
 
-fn control(number: u8, kind: u8, value: u8) -> Command {
+fn request(number: u8, kind: u8, value: u8) -> Command {
     Command::new(number, kind, 0, i32::from(value))
 }
 
@@ -37,7 +32,7 @@ fuzz_target!(|input: &[u8]| {
     let options = Options { program_rate: COMMANDS_PER_SECOND };
     let mut module = VirtualModule::with_flash(model, MemoryFlash::new(), options);
 
-    module.execute(control(START_DOWNLOAD, 0, 0));
+    module.execute(request(control::START_DOWNLOAD, 0, 0));
     for &command in program.as_chunks().0 {
         let command = Command::from_bytes(command);
         // Control commands are executed in download mode too, not stored.
@@ -45,14 +40,17 @@ fuzz_target!(|input: &[u8]| {
             assert_eq!(module.execute(command).status, Status::LOADED);
         }
     }
-    module.execute(control(END_DOWNLOAD, 0, 0));
-    module.execute(control(RESET, 0, 0));
-    module.execute(control(RUN, 1, start));
+    module.execute(request(control::END_DOWNLOAD, 0, 0));
+    module.execute(request(control::RESET_PROGRAM, 0, 0));
+    module.execute(request(control::RUN_PROGRAM, 1, start));
 
     for &[milliseconds, ref command @ ..] in steps.as_chunks::<8>().0.iter().take(STEPS) {
         module.advance(Duration::from_millis(u64::from(milliseconds)));
         module.execute(Command::from_bytes(*command));
         while module.transmit().is_some() {}
     }
-    assert_eq!(module.execute(control(STATUS, 0, 0)).number, STATUS);
+    assert_eq!(
+        module.execute(request(control::APPLICATION_STATUS, 0, 0)).number,
+        control::APPLICATION_STATUS
+    );
 });

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use opentmcl_catalog::{AxisBehaviour, GlobalBehaviour, Module};
-use opentmcl_wire::{Command, Opcode};
+use opentmcl_wire::{Command, Opcode, control};
 
 use crate::parse::{StepKind, Transcript};
 
@@ -88,7 +88,7 @@ impl Coverage {
                     for source in &program.commands {
                         self.touch(source.command, telling_follows, telling_follows);
                     }
-                    for number in [132, 133] {
+                    for number in [control::START_DOWNLOAD, control::END_DOWNLOAD] {
                         self.touch(Command::new(number, 0, 0, 0), false, telling_follows);
                     }
                 }

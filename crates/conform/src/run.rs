@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use opentmcl_wire::serial::{self, FRAME_LEN};
-use opentmcl_wire::{Command, Duration, Status};
+use opentmcl_wire::{Command, Duration, Status, control};
 
 use crate::parse::{DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, StepKind, Transcript};
 
@@ -207,12 +207,12 @@ impl Runner<'_> {
     }
 
     fn load(&mut self, line: usize, program: &Program) -> Result<(), TargetError> {
-        let begin = Command::new(BEGIN_DOWNLOAD, 0, 0, program.address);
+        let begin = Command::new(control::START_DOWNLOAD, 0, 0, program.address);
         self.control(line, "program", begin, Status::OK)?;
         for source in &program.commands {
             self.control(source.line, &source.text, source.command, Status::LOADED)?;
         }
-        self.control(line, "end", Command::new(END_DOWNLOAD, 0, 0, 0), Status::OK)
+        self.control(line, "end", Command::new(control::END_DOWNLOAD, 0, 0, 0), Status::OK)
     }
 
     fn control(
@@ -248,14 +248,10 @@ impl Runner<'_> {
     }
 }
 
-const BEGIN_DOWNLOAD: u8 = 132;
-const END_DOWNLOAD: u8 = 133;
-const REQUEST_EVENT: u8 = 138;
-
 /// Whether this is the second reply to a command 138, which comes when it comes.
 fn is_event(frame: [u8; FRAME_LEN]) -> bool {
     serial::decode_reply(frame).is_ok_and(|answer| {
-        answer.reply.status == Status::DELAYED && answer.reply.number == REQUEST_EVENT
+        answer.reply.status == Status::DELAYED && answer.reply.number == control::POSITION_REPORT
     })
 }
 
@@ -305,7 +301,7 @@ mod tests {
         fn send(&mut self, _: Option<Line>, frame: [u8; FRAME_LEN]) -> Result<(), TargetError> {
             let request = serial::decode_request(frame).unwrap();
             let Command { number, value, .. } = request.command;
-            if number == REQUEST_EVENT {
+            if number == control::POSITION_REPORT {
                 let event = Reply { status: Status::DELAYED, number, value: 1 };
                 self.replies.push_back(serial::encode_reply(2, 1, event));
             }

@@ -1,7 +1,7 @@
 //! What happens without a command: targets reached, levels that change, silence of the host.
 
 use opentmcl_catalog::{Globals, InterruptBehaviour};
-use opentmcl_wire::{Duration, Instant, Opcode, Reply, Status};
+use opentmcl_wire::{Duration, Instant, Opcode, Reply, Status, control};
 
 use crate::axis::AxisNumber;
 use crate::board::Board;
@@ -9,9 +9,6 @@ use crate::cpu::Wait;
 use crate::line::Port;
 use crate::module::Module;
 use crate::tmc5160::registers::{RAMP_STAT_STOP_LEFT, RAMP_STAT_STOP_RIGHT};
-
-/// Number of the command that asks for a reply when a target is reached.
-pub(crate) const POSITION_REPORT: u8 = 138;
 
 /// Moves under way, and who wants to know that they have arrived. Masks of axes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -149,7 +146,8 @@ impl<B: Board> Module<B> {
         self.arrivals.awaited &= !reported;
         if let (Some(port), 1..) = (self.arrivals.port, reported) {
             let status = Status::DELAYED;
-            let reply = Reply { status, number: POSITION_REPORT, value: i32::from(reported) };
+            let reply =
+                Reply { status, number: control::POSITION_REPORT, value: i32::from(reported) };
             self.send(port, reply);
         }
     }

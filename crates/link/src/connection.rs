@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use opentmcl_wire::serial::{self, FRAME_LEN};
-use opentmcl_wire::{Command, Reply, Status};
+use opentmcl_wire::{Command, Reply, Status, control};
 use rustix::fs::FlockOperation;
 use rustix::io::Errno;
 use serial2::SerialPort;
@@ -166,7 +166,7 @@ pub trait Connection {
 /// Whether the reply is the host address and eight characters, without a status and a checksum:
 /// command 136 type 0, the version as text (firmware manual 3.5.7).
 pub const fn answers_with_text(command: Command) -> bool {
-    command.number == 136 && command.kind == 0
+    command.number == control::FIRMWARE_VERSION && command.kind == 0
 }
 
 /// A connection to a serial port or a socket.

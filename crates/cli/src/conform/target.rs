@@ -7,7 +7,7 @@ use opentmcl_firmware as firmware;
 use opentmcl_link::{Client, Connection, ConnectionError, PortUri};
 use opentmcl_virtual::VirtualModule;
 use opentmcl_wire::serial::{self, FRAME_LEN};
-use opentmcl_wire::{Command, Duration};
+use opentmcl_wire::{Command, Duration, control};
 
 /// A virtual module in virtual time.
 pub(super) struct InProcessModule {
@@ -80,8 +80,6 @@ pub(super) struct ConnectedModule {
     client: Client,
 }
 
-const STOP_APPLICATION: u8 = 128;
-const SOFTWARE_RESET: u8 = 255;
 /// What a software reset must be asked for with.
 const CONFIRMATION: i32 = 1234;
 
@@ -98,10 +96,10 @@ impl ConnectedModule {
 
     /// Restarts the module, so that all it has in RAM is as after power-up.
     pub(super) fn restart(&mut self) -> Result<(), ConnectionError> {
-        self.execute(Command::new(STOP_APPLICATION, 0, 0, 0))?;
+        self.execute(Command::new(control::STOP_PROGRAM, 0, 0, 0))?;
         // The reply does not always get through (firmware manual 3.6.58).
         let _: Result<(), ConnectionError> =
-            self.execute(Command::new(SOFTWARE_RESET, 0, 0, CONFIRMATION));
+            self.execute(Command::new(control::SOFTWARE_RESET, 0, 0, CONFIRMATION));
         let start = std::time::Instant::now();
         loop {
             std::thread::sleep(PAUSE);
@@ -118,11 +116,11 @@ impl ConnectedModule {
 
     /// Opens the port again, and waits until the module behind it answers.
     fn reopen(&mut self) -> Result<(), ConnectionError> {
-        if self.execute(Command::new(STOP_APPLICATION, 0, 0, 0)).is_ok() {
+        if self.execute(Command::new(control::STOP_PROGRAM, 0, 0, 0)).is_ok() {
             return Ok(());
         }
         self.client = Client::open(&self.port)?;
-        self.execute(Command::new(STOP_APPLICATION, 0, 0, 0))
+        self.execute(Command::new(control::STOP_PROGRAM, 0, 0, 0))
     }
 }
 

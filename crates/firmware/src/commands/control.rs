@@ -1,13 +1,12 @@
 //! Control commands 128..138 and 255, downloads, code protection (firmware manual 3.6.57, 3.6.58).
 
 use opentmcl_catalog::Globals;
-use opentmcl_wire::{Command, Status};
+use opentmcl_wire::{Command, Status, control};
 
 use super::{Execution, Outcome, program_address};
 use crate::board::Board;
 use crate::cpu::Mode;
 use crate::direct::Answer;
-use crate::events::POSITION_REPORT;
 use crate::line::Port;
 use crate::module::Module;
 use crate::program::{CHUNK_LEN, CHUNKS, Download, PROGRAM_LEN};
@@ -29,8 +28,8 @@ impl<B: Board> Module<B> {
         // What has been downloaded so far is stored before anything else is done with it.
         self.save_download()?;
         match number {
-            128 => self.cpu.stop(),
-            129 => {
+            control::STOP_PROGRAM => self.cpu.stop(),
+            control::RUN_PROGRAM => {
                 match kind {
                     0 => {}
                     1 => {
@@ -41,13 +40,13 @@ impl<B: Board> Module<B> {
                 }
                 self.run_program();
             }
-            130 => self.step_program(),
-            131 => {
+            control::STEP_PROGRAM => self.step_program(),
+            control::RESET_PROGRAM => {
                 self.cpu.reset();
                 self.cpu.mode = Mode::Reset;
                 self.interrupts.clear_pending();
             }
-            132 => {
+            control::START_DOWNLOAD => {
                 let address = program_address(value)?;
                 if self.globals[Globals::CodeProtection] & PROTECT_WRITING != 0 {
                     return Err(Status::EEPROM_LOCKED);
@@ -55,17 +54,17 @@ impl<B: Board> Module<B> {
                 self.cpu.stop();
                 self.download = Download { active: true, address, unsaved: None };
             }
-            133 => self.download.active = false,
-            134 => return self.read_program(value),
-            135 => return self.application_status(kind),
-            136 => return self.version(kind),
-            137 => {
+            control::END_DOWNLOAD => self.download.active = false,
+            control::READ_PROGRAM => return self.read_program(value),
+            control::APPLICATION_STATUS => return self.application_status(kind),
+            control::FIRMWARE_VERSION => return self.version(kind),
+            control::FACTORY_RESET => {
                 confirmed(value)?;
                 storage::factory_reset(self.board.flash()).map_err(eeprom_locked)?;
                 self.restart();
                 return Ok(Outcome::Answer(Answer::Silence));
             }
-            POSITION_REPORT => {
+            control::POSITION_REPORT => {
                 let axes = u8::try_from(value).map_err(|_| Status::INVALID_VALUE)?;
                 if u32::from(axes) >> self.model.axes != 0 {
                     return Err(Status::INVALID_VALUE);
@@ -76,9 +75,13 @@ impl<B: Board> Module<B> {
                     _ => return Err(Status::WRONG_TYPE),
                 }
             }
-            146 | 147 => return self.write_register(kind, motor, value),
-            148 | 149 => return self.read_register(kind, motor),
-            255 => {
+            control::WRITE_CONTROLLER | control::WRITE_DRIVER => {
+                return self.write_register(kind, motor, value);
+            }
+            control::READ_CONTROLLER | control::READ_DRIVER => {
+                return self.read_register(kind, motor);
+            }
+            control::SOFTWARE_RESET => {
                 confirmed(value)?;
                 self.restart();
             }

@@ -48,9 +48,8 @@ pub(crate) type Execution = Result<Outcome, Status>;
 impl<B: Board> Module<B> {
     /// Executes one command. A refused one changes nothing.
     pub(crate) fn execute(&mut self, command: Command, caller: Caller) -> Execution {
-        const FIRST_CONTROL_COMMAND: u8 = 128;
         if let Caller::Host(port) = caller {
-            if command.number >= FIRST_CONTROL_COMMAND {
+            if command.number >= opentmcl_wire::control::FIRST {
                 return self.execute_control(command, port);
             }
             if self.download.active {
