@@ -70,6 +70,18 @@ fn restart(module: &mut VirtualModule) {
     send(module, control::RUN_PROGRAM);
 }
 
+/// Fills program memory and stores often enough that every page of the EEPROM is written and cleaned
+/// up; `look` is called after each command.
+pub(crate) fn fill_eeprom(module: &mut VirtualModule, mut look: impl FnMut()) {
+    download(module, &["SGP 0, 2, 1"; 2048]);
+    look();
+    for value in 0..4000 {
+        execute(module, &format!("SGP 0, 2, {value}"));
+        execute(module, "STGP 0, 2");
+        look();
+    }
+}
+
 /// A module that runs the six-axis program.
 pub(crate) fn six_axis_module() -> VirtualModule {
     let mut module = VirtualModule::new(model());
