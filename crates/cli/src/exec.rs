@@ -4,7 +4,7 @@ use std::io::Write;
 
 use opentmcl_link::{Client, Connection, ConnectionError, Uri, answers_with_text};
 use opentmcl_wire::serial::{self, AddressedReply, FRAME_LEN};
-use opentmcl_wire::{Command, Status, mnemonic};
+use opentmcl_wire::{Command, Status, control, mnemonic};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -74,6 +74,10 @@ enum Answer {
     Version {
         version: String,
     },
+    /// Command 134 answers with a command of the program in place of status and value.
+    Stored {
+        stored: String,
+    },
 }
 
 /// Executes the commands.
@@ -114,6 +118,8 @@ fn execute(
     let answer = if answers_with_text(command) {
         let version = String::from_utf8_lossy(&frame[1..]).into_owned();
         Answer::Version { version }
+    } else if let Some(stored) = stored_command(command, frame) {
+        Answer::Stored { stored: stored.to_string() }
     } else {
         let Ok(AddressedReply { reply, .. }) = serial::decode_reply(frame) else {
             return Err(ConnectionError::DamagedReply(frame).into());
@@ -130,6 +136,14 @@ fn execute(
     })
 }
 
+/// The command of the program that a reply to command 134 holds. A refusal is a general reply, which
+/// names the number 134 where the other layout has a motor that no module has.
+fn stored_command(command: Command, frame: [u8; FRAME_LEN]) -> Option<Command> {
+    let stored = serial::decode_request(frame).ok()?.command;
+    let is_refusal = stored.motor == control::READ_PROGRAM;
+    (command.number == control::READ_PROGRAM && !is_refusal).then_some(stored)
+}
+
 /// Writes the exchange as lines of a transcript.
 fn print(out: &mut impl Write, executed: &Executed) -> std::io::Result<()> {
     let Executed { command, answer, request_bytes, reply_bytes } = executed;
@@ -137,13 +151,17 @@ fn print(out: &mut impl Write, executed: &Executed) -> std::io::Result<()> {
         writeln!(out, "# {command}\n>> {request}\n<< {reply}")?;
         return match answer {
             Answer::Reply { status, value, .. } => writeln!(out, "# {status} {value}"),
-            Answer::Version { version } => writeln!(out, "# {version}"),
+            Answer::Version { version: text } | Answer::Stored { stored: text } => {
+                writeln!(out, "# {text}")
+            }
         };
     }
     writeln!(out, "> {command}")?;
     match answer {
         Answer::Reply { status, value, .. } => writeln!(out, "< {status} {value}"),
-        Answer::Version { version } => writeln!(out, "# {version}"),
+        Answer::Version { version: text } | Answer::Stored { stored: text } => {
+            writeln!(out, "# {text}")
+        }
     }
 }
 

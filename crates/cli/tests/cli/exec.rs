@@ -58,6 +58,18 @@ fn the_version_as_text_is_shown_as_text() {
 }
 
 #[test]
+fn a_command_of_the_program_is_shown_as_a_command() {
+    let download = ["exec", "-c", VIRTUAL, "132 0, 0, 7", "ROL 2, 500", "133 0, 0, 0"];
+    let text = stdout_of(&[&download[..], &["134 0, 0, 7"]].concat());
+    assert!(text.ends_with("> 134 0, 0, 7\n# ROL 2, 500\n"), "{text}");
+    let json = stdout_of(&["exec", "-c", VIRTUAL, "--json", "134 0, 0, 0"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["stored"], "0 0, 0, 0");
+    let beyond = run(&["exec", "-c", VIRTUAL, "134 0, 0, 2048"]);
+    assert_eq!(beyond.status.code(), Some(1));
+}
+
+#[test]
 fn a_served_module_is_reached_over_both_lines() {
     let served = serve(&[]);
     let tcp = format!("tcp:{}", served.tcp());
