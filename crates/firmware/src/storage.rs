@@ -80,19 +80,31 @@ pub(crate) enum Item<'a> {
     Commands(&'a [u8]),
 }
 
-/// The flash did not take a value.
+/// Why the EEPROM did not give or take a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct StorageError;
+pub(crate) enum StorageError {
+    /// The flash failed. What it holds may be as good as before.
+    Flash,
+    /// The flash holds no map, one damaged beyond repair, or one with no room left.
+    Map,
+}
+
+impl<E> From<sequential_storage::Error<E>> for StorageError {
+    fn from(error: sequential_storage::Error<E>) -> Self {
+        match error {
+            sequential_storage::Error::Storage { .. } => Self::Flash,
+            _ => Self::Map,
+        }
+    }
+}
 
 /// Gives every item in the order in which they were written: the last one of a key counts.
 pub(crate) fn load<F: NorFlash>(flash: &mut F, mut item: impl FnMut(Key, Item<'_>)) {
     finish_factory_reset(flash);
-    if with_map(flash, async |map| {
+    let loaded = with_map(flash, async |map| {
         let mut buffer = [0; BUFFER];
-        let mut items = map.fetch_all_items(&mut buffer).await.map_err(|_| StorageError)?;
-        while let Some((key, bytes)) =
-            items.next::<&[u8]>(&mut buffer).await.map_err(|_| StorageError)?
-        {
+        let mut items = map.fetch_all_items(&mut buffer).await?;
+        while let Some((key, bytes)) = items.next::<&[u8]>(&mut buffer).await? {
             match (Key::from_number(key), bytes.try_into()) {
                 (Some(key @ Key::Chunk(_)), _) => item(key, Item::Commands(bytes)),
                 (Some(key), Ok(bytes)) => item(key, Item::Number(i32::from_le_bytes(bytes))),
@@ -100,10 +112,10 @@ pub(crate) fn load<F: NorFlash>(flash: &mut F, mut item: impl FnMut(Key, Item<'_
             }
         }
         Ok(())
-    })
-    .is_err()
-    {
-        // Not a map, or damaged beyond repair: a module with factory settings still starts.
+    });
+    if loaded == Err(StorageError::Map) {
+        // A module with factory settings still starts. A flash that only failed to answer is left
+        // alone: its contents may be there the next time.
         let _ = factory_reset(flash);
     }
 }
@@ -131,8 +143,7 @@ pub(crate) fn store_chunk<F: NorFlash>(
 pub(crate) fn fetch<F: NorFlash>(flash: &mut F, key: Key) -> Result<Option<i32>, StorageError> {
     with_map(flash, async |map| {
         let mut buffer = [0; BUFFER];
-        let found = map.fetch_item::<&[u8]>(&mut buffer, &key.number()).await;
-        let bytes = found.map_err(|_| StorageError)?;
+        let bytes = map.fetch_item::<&[u8]>(&mut buffer, &key.number()).await?;
         Ok(bytes.and_then(|bytes| bytes.try_into().ok()).map(i32::from_le_bytes))
     })
 }
@@ -140,18 +151,17 @@ pub(crate) fn fetch<F: NorFlash>(flash: &mut F, key: Key) -> Result<Option<i32>,
 fn store_bytes<F: NorFlash>(flash: &mut F, key: Key, bytes: &[u8]) -> Result<(), StorageError> {
     with_map(flash, async |map| {
         let mut buffer = [0; BUFFER];
-        let stored = map.store_item(&mut buffer, &key.number(), &bytes).await;
-        stored.map_err(|_| StorageError)
+        Ok(map.store_item(&mut buffer, &key.number(), &bytes).await?)
     })
 }
 
 /// Forgets everything.
 pub(crate) fn factory_reset<F: NorFlash>(flash: &mut F) -> Result<(), StorageError> {
     let word = [0; MAX_WORD];
-    let word = word.get(..F::WRITE_SIZE).ok_or(StorageError)?;
-    flash.write(JOURNAL, word).map_err(|_| StorageError)?;
-    flash.erase(0, JOURNAL).map_err(|_| StorageError)?;
-    flash.erase(JOURNAL, FLASH_SIZE as u32).map_err(|_| StorageError)
+    let word = word.get(..F::WRITE_SIZE).ok_or(StorageError::Flash)?;
+    flash.write(JOURNAL, word).map_err(|_| StorageError::Flash)?;
+    flash.erase(0, JOURNAL).map_err(|_| StorageError::Flash)?;
+    flash.erase(JOURNAL, FLASH_SIZE as u32).map_err(|_| StorageError::Flash)
 }
 
 /// A factory reset that lost power has left a mark, whole or torn; its work is done again.
@@ -173,9 +183,9 @@ fn with_map<F: NorFlash, T>(
     flash: &mut F,
     work: impl AsyncFnOnce(&mut Map<'_, F>) -> Result<T, StorageError>,
 ) -> Result<T, StorageError> {
-    let config = MapConfig::try_new(0..JOURNAL).map_err(|_| StorageError)?;
+    let config = MapConfig::try_new(0..JOURNAL).map_err(|_| StorageError::Map)?;
     let mut map = MapStorage::new(Blocking(flash), config, Cache::new_uncached());
-    finish(work(&mut map)).unwrap_or(Err(StorageError))
+    finish(work(&mut map)).unwrap_or(Err(StorageError::Flash))
 }
 
 /// Runs a future that never waits, since the flash below it blocks.

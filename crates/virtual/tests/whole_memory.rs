@@ -1,7 +1,7 @@
 //! What concerns the EEPROM as a whole: a factory reset that loses power, a memory full of rubbish.
 
-use embedded_storage::nor_flash::NorFlash;
-use opentmcl_virtual::flash::FLASH_SIZE;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use opentmcl_virtual::flash::{FLASH_SIZE, FlashError};
 use opentmcl_virtual::{MemoryFlash, Options, VirtualModule};
 use opentmcl_wire::mnemonic;
 
@@ -69,4 +69,54 @@ fn a_module_whose_memory_is_full_of_rubbish_starts_with_factory_settings_and_sto
         module.power_cycle();
         assert_eq!(execute(&mut module, "GGP 76, 0"), 20);
     }
+}
+
+/// A flash whose reads fail while it is told so; everything else works.
+#[derive(Default)]
+struct Unreadable {
+    flash: MemoryFlash,
+    fails: bool,
+}
+
+impl ErrorType for Unreadable {
+    type Error = FlashError;
+}
+
+impl ReadNorFlash for Unreadable {
+    const READ_SIZE: usize = MemoryFlash::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+        if self.fails { Err(FlashError::PowerLost) } else { self.flash.read(offset, bytes) }
+    }
+
+    fn capacity(&self) -> usize {
+        self.flash.capacity()
+    }
+}
+
+impl NorFlash for Unreadable {
+    const WRITE_SIZE: usize = MemoryFlash::WRITE_SIZE;
+    const ERASE_SIZE: usize = MemoryFlash::ERASE_SIZE;
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        self.flash.write(offset, bytes)
+    }
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
+        self.flash.erase(from, to)
+    }
+}
+
+#[test]
+fn a_flash_that_does_not_answer_is_not_erased() {
+    let mut module = start(MemoryFlash::new());
+    execute(&mut module, "SGP 76, 0, 20");
+    let flash = Unreadable { flash: module.into_flash(), fails: true };
+    let model = opentmcl_catalog::find("tmcm-6214").unwrap();
+    let mut module = VirtualModule::with_flash(model, flash, Options::default());
+    let host = mnemonic::parse("GGP 76, 0").unwrap();
+    assert_eq!(module.execute(host).value, 2, "it starts, with the factory setting");
+    module.board_mut().flash_mut().fails = false;
+    module.power_cycle();
+    assert_eq!(module.execute(host).value, 20, "what was stored is still there");
 }
