@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Module: /dev/ttyACM0, serial:PATH?baud=N, tcp:HOST:PORT or virtual:NAME
-    #[arg(short, long, value_name = "URI", value_parser = parse_uri)]
+    #[arg(short, long, value_name = "URI", value_parser = lookup::uri)]
     connect: Option<Uri>,
     /// Only transcripts of this kind of module
     #[arg(long, value_name = "NAME")]
@@ -52,10 +52,6 @@ Examples:
 const OK: Style = AnsiColor::Green.on_default();
 const FAILED: Style = AnsiColor::Red.on_default().bold();
 const SKIPPED: Style = AnsiColor::Yellow.on_default();
-
-fn parse_uri(text: &str) -> Result<Uri, String> {
-    text.parse().map_err(|error: opentmcl_link::UriError| format!("{error}; {}", error.help()))
-}
 
 /// Runs the transcripts and says how the program ends.
 pub(crate) fn run(args: Args) -> ExitCode {

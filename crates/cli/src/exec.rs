@@ -23,7 +23,7 @@ pub(crate) struct Args {
     #[arg(required = true, value_name = "COMMAND", value_parser = parse_command)]
     commands: Vec<Command>,
     /// Module: /dev/ttyACM0, serial:PATH?baud=N, tcp:HOST:PORT or virtual:NAME
-    #[arg(short, long, value_name = "URI", value_parser = parse_uri)]
+    #[arg(short, long, value_name = "URI", value_parser = lookup::uri)]
     connect: Uri,
     /// Address of the module
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -44,10 +44,6 @@ Examples:
 
 fn parse_command(text: &str) -> Result<Command, String> {
     mnemonic::parse(text).map_err(|error| error.to_string())
-}
-
-fn parse_uri(text: &str) -> Result<Uri, String> {
-    text.parse().map_err(|error: opentmcl_link::UriError| format!("{error}; {}", error.help()))
 }
 
 /// What came back, as `--json` prints it.

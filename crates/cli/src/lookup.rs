@@ -1,6 +1,7 @@
-//! Finding a module by the name that a user wrote, and naming its version.
+//! Finding a module or a connection by the name that a user wrote, and naming a version.
 
 use opentmcl_catalog::{MODULES, Module};
+use opentmcl_link::{Uri, UriError};
 
 use crate::failure::Failure;
 
@@ -31,6 +32,11 @@ fn nearest(name: &str) -> Option<&'static str> {
         .filter(|&(similarity, _)| similarity >= SIMILAR)
         .max_by(|(left, _), (right, _)| left.total_cmp(right))
         .map(|(_, name)| name)
+}
+
+/// Reads the name of a connection; the error says what would be right.
+pub(crate) fn uri(text: &str) -> Result<Uri, String> {
+    text.parse().map_err(|error: UriError| format!("{error}; {}", error.help()))
 }
 
 /// A firmware version as people write it.
