@@ -7,7 +7,7 @@
 use core::fmt;
 
 use crate::Command;
-use crate::opcode::{self, Field, Form, Operand};
+use crate::opcode::{self, Field, Form, Meaning, Operand};
 
 /// Why a line is not a command; each says which part and what would be right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,10 +130,11 @@ fn may_leave_out_operand(form: &Form, rest: &str, found: usize) -> bool {
     form.opcode == crate::Opcode::Calc && found == 1 && rest.trim().eq_ignore_ascii_case("NOT")
 }
 
-const RAW_OPERANDS: [Operand; 3] = [
-    Operand { name: "type", field: Field::Kind, words: &[] },
-    Operand { name: "motor", field: Field::Motor, words: &[] },
-    Operand { name: "value", field: Field::Value, words: &[] },
+/// The operands of a command that is written as a number.
+pub const RAW_OPERANDS: [Operand; 3] = [
+    Operand { name: "type", meaning: Meaning::Number, field: Field::Kind, words: &[] },
+    Operand { name: "motor", meaning: Meaning::Number, field: Field::Motor, words: &[] },
+    Operand { name: "value", meaning: Meaning::Number, field: Field::Value, words: &[] },
 ];
 
 fn parse_raw(number: u8, rest: &str) -> Result<Command, ParseError<'_>> {
