@@ -342,20 +342,21 @@ impl Encoder<'_> {
         wanted: &[Operand],
     ) -> Option<Command> {
         let written = tree.operands_of(line);
+        let surplus = form.and_then(Form::surplus);
         let mut complete = true;
-        for (operand, written) in wanted.iter().zip(written) {
+        for (operand, written) in wanted.iter().chain(&surplus).zip(written) {
             let value = self.operand(file, tree, form, operand, written.expression);
             complete &= value.is_some_and(|value| fill(&mut command, operand.field, value));
         }
         if let Some(missing) = wanted.get(written.len()) {
-            // CALC NOT has no use for its second operand.
-            let may_be_missing = command.number == Opcode::Calc.number() && command.kind == NOT;
-            if !may_be_missing || written.is_empty() {
+            let is_last = written.len() + 1 == wanted.len();
+            let may_end = form.is_some_and(|form| form.may_end_early(command.kind));
+            if !(is_last && may_end) {
                 self.missing(file, tree, line, form, missing);
                 complete = false;
             }
         }
-        if let Some(extra) = written.get(wanted.len()) {
+        if let Some(extra) = written.get(wanted.len() + usize::from(surplus.is_some())) {
             self.extra(file, tree, line, form, tree.expression_span(extra.expression));
             complete = false;
         }
@@ -466,9 +467,6 @@ impl Encoder<'_> {
         true
     }
 }
-
-/// The operation of CALC that needs no operand.
-const NOT: u8 = 8;
 
 fn fill(command: &mut Command, field: Field, value: i64) -> bool {
     match field {
