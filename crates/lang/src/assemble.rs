@@ -163,7 +163,9 @@ impl Collector<'_> {
                 self.add_included(location, &known_as, text, false);
             }
             Found::Nothing => match builtin::file(&name) {
-                Some((known_as, text)) => self.add_included(location, known_as, text.into(), true),
+                Some((known_as, text)) => {
+                    self.add_included(location, &known_as, text.into_owned(), true);
+                }
                 None => self.not_found(location, &name),
             },
             Found::Unreadable(why) => {
@@ -176,7 +178,8 @@ impl Collector<'_> {
     fn not_found(&mut self, location: Location, name: &str) {
         let message = format!("there is no file {name}");
         let diagnostic = Diagnostic::new(Code::IncludeNotFound, location, message);
-        self.report(match nearest(name, builtin::names()) {
+        let names: Vec<_> = builtin::names().collect();
+        self.report(match nearest(name, names.iter().map(String::as_str)) {
             Some(near) => diagnostic.help(format!("did you mean {near}?")).replace_with(near),
             None => diagnostic.help(
                 "it is looked for beside the including file, in the include folders, and among \

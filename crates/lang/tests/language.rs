@@ -196,3 +196,20 @@ fn a_tree_loses_no_byte_of_its_text() {
         assert_eq!(tree.tokens().last().unwrap().start as usize, text.len());
     }
 }
+
+#[test]
+fn every_module_has_an_include_file_of_its_names() {
+    for model in opentmcl_catalog::MODULES {
+        let file = format!("{}.inc", model.name);
+        let assembly = assembly(&format!("#include {file}"));
+        let values: Vec<_> = assembly.constants().filter_map(|constant| constant.value).collect();
+        for row in model.axis_parameters {
+            assert!(values.contains(&f64::from(row.number)), "{file}: {}", row.id);
+        }
+        assert!(opentmcl_lang::builtin::names().any(|name| name == file));
+    }
+    let text = "#include TMCM-6214.inc\n#include TMCLParam.tmc\n#include Interrupts.inc\n\
+                SAP APMaxPositioningSpeed, Motor2, 5\nGIO IOSupplyVoltage, 1\nSGP GPAutoStart, 0, 1\n\
+                EI TI_POSITION_REACHED5";
+    assert_eq!(commands(text), ["SAP 4, 2, 5", "GIO 8, 1", "SGP 77, 0, 1", "EI 8"]);
+}
