@@ -4,7 +4,7 @@ import { problemWith } from "./probe";
 import { serverSettings, type ServerSettings } from "./settings";
 
 const SECTION = "opentmcl";
-const INSTALLATION = "https://github.com/opentmcl/opentmcl/blob/main/docs/editors.md";
+const INSTALLATION = "https://github.com/opentmcl/opentmcl/blob/HEAD/docs/editors.md#visual-studio-code";
 
 let client: LanguageClient | undefined;
 /**
