@@ -12,9 +12,6 @@ const EXTENSION = path.resolve(__dirname, "../..");
 const GRAMMAR = path.join(EXTENSION, "syntaxes/tmcl.tmLanguage.json");
 const TABLE = path.join(EXTENSION, "../../crates/wire/src/opcode.rs");
 
-/** Mnemonics of older firmware, which the table lacks. */
-const OLDER = ["PUSHA", "PUSHX", "PUSHV", "POPA", "POPX", "POPV", "UF8"];
-
 const MNEMONIC = /^(?:support\.function|keyword\.control)\./;
 const KEYWORD = /^constant\.language\./;
 
@@ -65,7 +62,7 @@ test("the table is read in full", () => {
 });
 
 test("every mnemonic is coloured, in any case, alone and with operands", () => {
-  for (const mnemonic of [...commands.keys(), ...OLDER]) {
+  for (const mnemonic of commands.keys()) {
     for (const word of [mnemonic, mnemonic.toLowerCase()]) {
       assert.match(scope("Here: ", word, " 1, 2, 3"), MNEMONIC, word);
       assert.match(scope("", word), MNEMONIC, `${word} alone`);
@@ -98,7 +95,7 @@ test("no keyword is coloured where it means nothing", () => {
 });
 
 test("nothing is coloured as a command that is none", () => {
-  const known = new Set([...commands.keys(), ...OLDER]);
+  const known = new Set(commands.keys());
   // All words of up to two letters, and each command with a letter more or less.
   const letters = [..."ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"];
   const words = new Set(letters.slice(0, 26).flatMap((first) => [first, ...letters.map((second) => first + second)]));
