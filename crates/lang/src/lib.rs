@@ -30,6 +30,7 @@ pub mod builtin;
 mod constants;
 pub mod diagnostic;
 mod disassemble;
+mod encode;
 pub mod encoding;
 pub mod expression;
 mod format;
