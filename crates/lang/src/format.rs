@@ -38,7 +38,8 @@ const BLANK_LINES: usize = 2;
 ///   line that has no code move to the right together. Code wider than 48 moves only its own.
 /// - A comment on a line of its own goes with the code below it if it stood in the same column.
 ///   Otherwise it stays at the left margin if it stood there, and is indented as commands are if it did
-///   not. One that continues the comment at the end of the line above stays below that.
+///   not. The title of the file stays at the left margin. A comment that continues the one at the end
+///   of the line above stays below that.
 /// - At most two blank lines follow each other, and none stand at the top and at the end.
 /// - All lines end in the way in which most of them do; the last one ends, too.
 /// - Blanks at the ends of lines, and the end mark of DOS, go.
@@ -116,7 +117,7 @@ impl Printer {
         }
         self.blank_lines = 0;
         row::find_continuations(rows);
-        row::align_with_code_below(rows);
+        row::place_comments(rows, self.text.is_empty());
         let mut rest = &rows[..];
         while let Some(first) = rest.first() {
             let length = match first.belongs_to_block() {

@@ -121,7 +121,9 @@ pub(super) fn find_continuations(rows: &mut [Row<'_>]) {
 }
 
 /// Decides where comments stand that have a line of their own.
-pub(super) fn align_with_code_below(rows: &mut [Row<'_>]) {
+///
+/// Those at the top of the text and at the left margin are about the whole file: they stay there.
+pub(super) fn place_comments(rows: &mut [Row<'_>], at_top: bool) {
     let mut below = None;
     for row in rows.iter_mut().rev() {
         match row {
@@ -136,6 +138,11 @@ pub(super) fn align_with_code_below(rows: &mut [Row<'_>]) {
             }
         }
     }
+    let title = rows.iter_mut().map_while(|row| match row {
+        Row::Comment(comment) if at_top => Some(comment),
+        _ => None,
+    });
+    title.filter(|comment| comment.column == 0).for_each(|comment| comment.indent = 0);
 }
 
 /// The column behind a text at the beginning of a line.

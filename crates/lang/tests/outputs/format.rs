@@ -153,13 +153,23 @@ fn a_comment_that_continues_the_one_above_stays_below_it() {
 
 #[test]
 fn a_comment_goes_with_the_code_below_it() {
-    formats("//start\nMST 0\n", "    //start\n    MST 0\n");
+    formats("a=1\n//start\nMST 0\n", "a = 1\n    //start\n    MST 0\n");
+    formats("a=1\n\n//start\n//here\nMST 0\n", "a = 1\n\n    //start\n    //here\n    MST 0\n");
     formats("  //start\n  //here\n  Go: MST 0\n", "//start\n//here\nGo: MST 0\n");
     formats("\t//start\n        MST 0\n", "    //start\n    MST 0\n");
     // Elsewhere it keeps its margin.
-    formats("//title\n\nMST 0\n", "//title\n\n    MST 0\n");
-    formats("//SAP 4, 0, 1\n  MST 0\n", "//SAP 4, 0, 1\n    MST 0\n");
+    formats("a=1\n\n//title\n\nMST 0\n", "a = 1\n\n//title\n\n    MST 0\n");
+    formats("A:\n//SAP 4, 0, 1\n  MST 0\n", "A:\n//SAP 4, 0, 1\n    MST 0\n");
     formats("  MST 0\n      //aside\n  MST 1\n", "    MST 0\n    //aside\n    MST 1\n");
+}
+
+#[test]
+fn the_title_of_a_file_stays_at_the_margin() {
+    formats(
+        "\n//Blinks\n;fast\nMST 0\n//x\nMST 1\n",
+        "//Blinks\n;fast\n    MST 0\n    //x\n    MST 1\n",
+    );
+    formats("  //Blinks\n  MST 0\n", "    //Blinks\n    MST 0\n");
 }
 
 #[test]
