@@ -11,6 +11,7 @@ mod modules;
 mod program;
 mod serve;
 mod sources;
+mod terminal;
 
 use std::process::ExitCode;
 

@@ -6,7 +6,7 @@ use opentmcl_catalog::Module;
 use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, encoding};
 use opentmcl_wire::Command;
 
-use crate::diagnostics;
+use crate::diagnostics::{self, Summary};
 use crate::failure::Failure;
 use crate::sources::{self, Disk};
 
@@ -52,13 +52,12 @@ pub(crate) fn load(
         return Ok(Program { commands: decode(file, &bytes)?, assembly: None });
     }
     let assembly = assembly(file, &bytes, args);
-    let findings = findings(&assembly, module);
+    let mut findings = findings(&assembly, module);
     // What is merely worth knowing is told by `tmcl check`.
-    let told: Vec<_> =
-        findings.iter().filter(|finding| finding.severity() > Severity::Hint).collect();
-    diagnostics::print(&assembly, &told);
-    if told.iter().any(|finding| finding.severity() == Severity::Error) {
-        let summary = diagnostics::Summary::of(told.iter().copied());
+    findings.retain(|finding| finding.severity() > Severity::Hint);
+    diagnostics::print(&assembly.files, &findings)?;
+    if findings.iter().any(|finding| finding.severity() == Severity::Error) {
+        let summary = Summary::of(&findings);
         return Err(Failure::new(format!("{}: {summary}", sources::shown(file))));
     }
     Ok(Program { commands: assembly.commands().collect(), assembly: Some(assembly) })
