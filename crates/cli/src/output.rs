@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -63,14 +64,10 @@ fn write_beside(target: &Path, bytes: Vec<u8>) -> io::Result<Written> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // What the system gives to a new file; otherwise only the owner could read it.
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.prefix(".tmcl-").tempfile_in(folder)?;
+    // What the system gives to a new file; otherwise only the owner could read it.
+    let usual = fs::Permissions::from_mode(0o666);
+    let mut file =
+        tempfile::Builder::new().prefix(".tmcl-").permissions(usual).tempfile_in(folder)?;
     file.write_all(&bytes)?;
     if let Some(permissions) = older {
         file.as_file().set_permissions(permissions)?;
@@ -85,4 +82,13 @@ fn cannot_write(file: &Path, error: &io::Error) -> Failure {
         _ => reason(error),
     };
     Failure::new(format!("cannot write {}: {reason}", file.display()))
+}
+
+/// Whether two names lead to the same file.
+pub(crate) fn is_same(left: &Path, right: &Path) -> bool {
+    match (left.canonicalize(), right.canonicalize()) {
+        (Ok(left), Ok(right)) => left == right,
+        // One that is not there yet.
+        _ => left == right,
+    }
 }

@@ -6,7 +6,7 @@ use opentmcl_catalog::Module;
 use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, encoding};
 use opentmcl_wire::Command;
 
-use crate::diagnostics::{self, Summary};
+use crate::diagnostics::{self, Format, Summary};
 use crate::failure::Failure;
 use crate::sources::{self, Disk};
 
@@ -51,16 +51,29 @@ pub(crate) fn load(
     if is_binary(file) {
         return Ok(Program { commands: decode(file, &bytes)?, assembly: None });
     }
-    let assembly = assembly(file, &bytes, args);
+    let assembly = assemble_valid(file, &bytes, args, module, Format::Human)?;
+    Ok(Program { commands: assembly.commands().collect(), assembly: Some(assembly) })
+}
+
+/// Assembles a source and prints what is wrong or doubtful: for people to standard error, for
+/// programs to standard output. Fails when there are errors.
+pub(crate) fn assemble_valid(
+    file: &Path,
+    bytes: &[u8],
+    args: &SourceArgs,
+    module: Option<&'static Module>,
+    format: Format,
+) -> Result<Assembly, Failure> {
+    let assembly = assembly(file, bytes, args);
     let mut findings = findings(&assembly, module);
     // What is merely worth knowing is told by `tmcl check`.
     findings.retain(|finding| finding.severity() > Severity::Hint);
-    diagnostics::print(&assembly.files, &findings)?;
+    diagnostics::print(format, &assembly.files, &findings)?;
     if findings.iter().any(|finding| finding.severity() == Severity::Error) {
         let summary = Summary::of(&findings);
         return Err(Failure::new(format!("{}: {summary}", sources::shown(file))));
     }
-    Ok(Program { commands: assembly.commands().collect(), assembly: Some(assembly) })
+    Ok(assembly)
 }
 
 /// Whether a file's name says that it holds the assembled program.

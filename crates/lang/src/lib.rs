@@ -25,6 +25,7 @@ mod assembly;
 pub mod builtin;
 mod constants;
 pub mod diagnostic;
+mod encode;
 pub mod encoding;
 pub mod expression;
 pub mod include;

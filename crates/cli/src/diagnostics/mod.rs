@@ -57,15 +57,22 @@ pub(crate) fn write(
     }
 }
 
-/// Prints what was found in a program to standard error.
+/// Prints what was found in a program: for people to standard error, in other forms to standard
+/// output.
 ///
 /// # Errors
 ///
 /// What writing fails with.
-pub(crate) fn print(files: &[File], diagnostics: &[Diagnostic]) -> io::Result<()> {
+pub(crate) fn print(format: Format, files: &[File], diagnostics: &[Diagnostic]) -> io::Result<()> {
     let files = Files::new(files);
-    let width = terminal::width(io::stderr());
-    write(&mut anstream::stderr().lock(), Format::Human, &files.findings(diagnostics), width)
+    let findings = files.findings(diagnostics);
+    match format {
+        Format::Human => {
+            let width = terminal::width(io::stderr());
+            write(&mut anstream::stderr().lock(), format, &findings, width)
+        }
+        _ => write(&mut io::stdout().lock(), format, &findings, u16::MAX),
+    }
 }
 
 /// How many findings there are of each severity: `2 errors, 1 warning`.
