@@ -8,52 +8,65 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
-use crate::sources::reason;
+use crate::sources::{is_stdin, reason};
 
-/// A file that is ready, and takes its place when it is told to.
+/// Writes files, `-` being standard output. No file takes its place before all of them are ready.
 ///
-/// It is written under another name in the same folder and then renamed, so that a full disk or a loss
-/// of power leaves the older file as it was.
-pub(crate) struct Output {
-    file: PathBuf,
-    written: Written,
+/// A file is written under another name in the same folder and then renamed, so that a full disk or a
+/// loss of power leaves the older file as it was.
+pub(crate) fn write_all<'a>(
+    files: impl IntoIterator<Item = (&'a Path, Vec<u8>)>,
+) -> Result<(), Failure> {
+    let prepared = files.into_iter().map(|(file, bytes)| Prepared::new(file, bytes));
+    let prepared = prepared.collect::<Result<Vec<_>, _>>()?;
+    prepared.into_iter().try_for_each(Prepared::finish)
 }
 
-enum Written {
-    Beside(NamedTempFile),
-    /// What cannot be replaced, a device or a pipe, is written to.
-    Kept(Vec<u8>),
+/// A file that is ready to take its place.
+struct Prepared<'a> {
+    file: &'a Path,
+    content: Content,
 }
 
-impl Output {
-    /// Writes everything but the name.
-    pub(crate) fn prepare(file: &Path, bytes: Vec<u8>) -> Result<Self, Failure> {
-        // Through a link: what it leads to is replaced, not the link.
-        let target = file.canonicalize().unwrap_or_else(|_| file.to_owned());
-        let written = write_beside(&target, bytes).map_err(|error| cannot_write(file, &error))?;
-        Ok(Self { file: target, written })
+enum Content {
+    /// Written, and what it will replace.
+    Beside(NamedTempFile, PathBuf),
+    /// For what cannot be replaced: a device or a pipe.
+    Bytes(Vec<u8>),
+}
+
+impl<'a> Prepared<'a> {
+    fn new(file: &'a Path, bytes: Vec<u8>) -> Result<Self, Failure> {
+        if is_stdin(file) {
+            return Ok(Self { file, content: Content::Bytes(bytes) });
+        }
+        let content = prepare(file, bytes).map_err(|error| cannot_write(file, &error))?;
+        Ok(Self { file, content })
     }
 
-    /// Puts it where it belongs.
-    pub(crate) fn finish(self) -> Result<(), Failure> {
-        let result = match self.written {
-            Written::Beside(written) => {
-                written.persist(&self.file).map(drop).map_err(|error| error.error)
+    fn finish(self) -> Result<(), Failure> {
+        let result = match self.content {
+            Content::Bytes(bytes) if is_stdin(self.file) => {
+                return Ok(io::stdout().lock().write_all(&bytes)?);
             }
-            Written::Kept(bytes) => {
-                fs::OpenOptions::new().write(true).open(&self.file).and_then(|mut file| {
-                    file.write_all(&bytes)
-                })
+            Content::Bytes(bytes) => {
+                let device = fs::OpenOptions::new().write(true).open(self.file);
+                device.and_then(|mut device| device.write_all(&bytes))
+            }
+            Content::Beside(written, target) => {
+                written.persist(target).map(drop).map_err(|error| error.error)
             }
         };
-        result.map_err(|error| cannot_write(&self.file, &error))
+        result.map_err(|error| cannot_write(self.file, &error))
     }
 }
 
-fn write_beside(target: &Path, bytes: Vec<u8>) -> io::Result<Written> {
-    let older = match fs::metadata(target) {
+fn prepare(file: &Path, bytes: Vec<u8>) -> io::Result<Content> {
+    // Through a link: what it leads to is replaced, not the link.
+    let target = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+    let older = match fs::metadata(&target) {
         Ok(older) if older.is_dir() => return Err(io::Error::other("it is a folder")),
-        Ok(older) if !older.is_file() => return Ok(Written::Kept(bytes)),
+        Ok(older) if !older.is_file() => return Ok(Content::Bytes(bytes)),
         Ok(older) => Some(older.permissions()),
         Err(_) => None,
     };
@@ -66,14 +79,14 @@ fn write_beside(target: &Path, bytes: Vec<u8>) -> io::Result<Written> {
     };
     // What the system gives to a new file; otherwise only the owner could read it.
     let usual = fs::Permissions::from_mode(0o666);
-    let mut file =
+    let mut written =
         tempfile::Builder::new().prefix(".tmcl-").permissions(usual).tempfile_in(folder)?;
-    file.write_all(&bytes)?;
+    written.write_all(&bytes)?;
     if let Some(permissions) = older {
-        file.as_file().set_permissions(permissions)?;
+        written.as_file().set_permissions(permissions)?;
     }
-    file.as_file().sync_all()?;
-    Ok(Written::Beside(file))
+    written.as_file().sync_all()?;
+    Ok(Content::Beside(written, target))
 }
 
 fn cannot_write(file: &Path, error: &io::Error) -> Failure {

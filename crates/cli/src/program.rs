@@ -6,9 +6,10 @@ use opentmcl_catalog::Module;
 use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, encoding};
 use opentmcl_wire::Command;
 
-use crate::diagnostics::{self, Format, Summary};
+use crate::diagnostics::{self, Format, Summary, counted};
 use crate::failure::Failure;
 use crate::sources::{self, Disk};
+use crate::standin::binary;
 
 /// Options of every subcommand that takes a program.
 #[derive(clap::Args)]
@@ -96,15 +97,16 @@ pub(crate) fn findings(assembly: &Assembly, _module: Option<&'static Module>) ->
 
 /// The commands of a binary.
 pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
-    let mut commands = Vec::with_capacity(bytes.len() / 8);
-    for (number, record) in bytes.chunks(8).enumerate() {
-        let &[opcode, kind, motor, a, b, c, d, _] = record else {
-            let shown = sources::shown(file);
-            return Err(Failure::new(format!("{shown}: record {number} is not complete")));
+    binary::decode(bytes).map_err(|bad| {
+        let first = bad.first().map(ToString::to_string).unwrap_or_default();
+        let more = match bad.len() {
+            0 | 1 => String::new(),
+            count => format!(", and {} more", counted(count - 1, "bad record")),
         };
-        commands.push(Command::new(opcode, kind, motor, i32::from_be_bytes([a, b, c, d])));
-    }
-    Ok(commands)
+        Failure::new(format!("{}: {first}{more}", sources::shown(file))).help(
+            "a binary has eight bytes per command, the last of which is the sum of the others",
+        )
+    })
 }
 
 impl Program {

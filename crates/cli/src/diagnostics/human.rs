@@ -56,7 +56,18 @@ fn part<'a>(
         return Origin::path(file).line(line).char_column(column).into();
     }
     let mark = kind.span(span.start as usize..span.end as usize).label(label);
-    Snippet::source(text).path(file).line_start(line).annotation(mark).into()
+    Snippet::source(harmless(text)).path(file).line_start(line).annotation(mark).into()
+}
+
+/// A line without the control characters of ISO 6429's second set, which terminals obey and the
+/// renderer, as opposed to those of the first, shows as they are.
+fn harmless(line: &str) -> Cow<'_, str> {
+    let obeyed = '\u{80}'..='\u{9F}';
+    if !line.contains(|character| obeyed.contains(&character)) {
+        return line.into();
+    }
+    // As many bytes, so that places stay right.
+    line.replace(|character| obeyed.contains(&character), "\u{B7}").into()
 }
 
 /// A message that names what somebody has written may be as long as that.
@@ -76,5 +87,11 @@ mod tests {
         let long = "ä".repeat(MAX_MESSAGE + 1);
         assert_eq!(shortened(&long), format!("{}…", "ä".repeat(MAX_MESSAGE)));
         assert_eq!(shortened(&long[2..]), long[2..]);
+    }
+
+    #[test]
+    fn a_source_cannot_command_the_terminal() {
+        // U+009B introduces an escape sequence; the middle dot has two bytes in UTF-8 as well.
+        assert_eq!(harmless("a\u{9B}31m"), "a·31m");
     }
 }

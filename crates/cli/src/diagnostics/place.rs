@@ -66,9 +66,8 @@ impl<'a> Files<'a> {
     /// A location as others count.
     pub(crate) fn region(&self, location: Location) -> Region<'a> {
         let (file, index) = self.file(location);
-        let point = |offset| {
-            Point::from(index.position(file.tree.text(), offset, ColumnUnit::Characters))
-        };
+        let point =
+            |offset| Point::from(index.position(file.tree.text(), offset, ColumnUnit::Characters));
         let Span { start, end } = location.span;
         Region { file: &file.name, start: point(start), end: point(end.max(start)) }
     }
