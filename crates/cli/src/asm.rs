@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use opentmcl_lang::Assembly;
+use opentmcl_lang::{Assembly, binary, listing, symbols};
 use serde::Serialize;
 
 use crate::diagnostics::{Format, counted};
@@ -12,7 +12,6 @@ use crate::lookup;
 use crate::output;
 use crate::program::{self, SourceArgs};
 use crate::sources::{self, is_stdin};
-use crate::standin::{binary, listing};
 
 /// Assemble a program into the file that a module takes
 ///
@@ -82,10 +81,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
     let mut texts = vec![(&*binary, binary::encode(assembly.commands()))];
     if let Some(file) = &args.symbols {
-        texts.push((file, listing::symbols(&assembly).into_bytes()));
+        texts.push((file, symbols(&assembly).into_bytes()));
     }
     if let Some(file) = &args.listing {
-        texts.push((file, listing::listing(&assembly).into_bytes()));
+        texts.push((file, listing(&assembly).into_bytes()));
     }
     output::write_all(texts)?;
 

@@ -1,18 +1,19 @@
 //! `tmcl disasm`: a program's binary to a source that can be read and assembled again.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+use opentmcl_lang::{Disassembly, disassemble};
 
 use crate::failure::Failure;
 use crate::lookup;
 use crate::output;
 use crate::program;
 use crate::sources;
-use crate::standin::disassemble::{Disassembly, disassemble};
 
 /// Disassemble a binary into a source
 ///
-/// The source assembles to the same bytes. Targets of jumps get labels; with a module, its parameters
-/// are named in comments.
+/// `tmcl asm --no-stop` makes the same bytes of the source. Where jumps lead to there are labels; with
+/// a module, comments have the names of its parameters.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -40,8 +41,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let message = format!("{} is the binary itself", args.output.display());
         return Err(Failure::usage(message).help("write to a file of another name"));
     }
-    let name = args.file.file_name().map(Path::new).filter(|_| !sources::is_stdin(&args.file));
-    let title = name.map(|name| name.display().to_string());
-    let source = disassemble(&commands, &Disassembly { module, title: title.as_deref() });
+    let title = format!(" {}", sources::shown(&args.file));
+    let source = disassemble(&commands, &Disassembly { module, title: Some(&title) });
     output::write_all([(&*args.output, source.into_bytes())])
 }

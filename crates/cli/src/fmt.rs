@@ -4,14 +4,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use opentmcl_lang::tree::Tree;
-use opentmcl_lang::{Diagnostic, File, Severity, encoding};
+use opentmcl_lang::{Diagnostic, File, Severity, encoding, format};
 
 use crate::diagnostics::{self, Format, counted};
 use crate::failure::Failure;
 use crate::output;
 use crate::program;
 use crate::sources::{self, is_stdin};
-use crate::standin::format;
 
 /// Format sources
 ///
@@ -75,7 +74,8 @@ fn formatted(name: &Path, bytes: &[u8]) -> Result<Option<Vec<u8>>, Failure> {
         return Err(Failure::usage(message).help("`tmcl disasm` makes a source of it"));
     }
     let (text, encoding) = encoding::decode(bytes);
-    let file = File { name: sources::shown(name), built_in: false, tree: Tree::parse(text) };
+    let tree = Tree::parse(text);
+    let file = File { name: sources::shown(name), built_in: false, included_at: None, tree };
     let is_error = |one: &&Diagnostic| one.severity() == Severity::Error;
     let errors: Vec<Diagnostic> =
         file.tree.diagnostics().iter().filter(is_error).cloned().collect();
@@ -83,7 +83,7 @@ fn formatted(name: &Path, bytes: &[u8]) -> Result<Option<Vec<u8>>, Failure> {
         diagnostics::print(Format::Human, &[file], &errors)?;
         return Ok(None);
     }
-    let formatted = encoding::encode(&format::format(&file.tree), encoding);
-    // Formatting moves characters, and adds none that an encoding lacks.
-    Ok(formatted)
+    let formatted = encoding::encode(&format(&file.tree), encoding);
+    // No layout needs a character that the encoding lacks; if one did, the file stays as it is.
+    Ok(Some(formatted.unwrap_or_else(|| bytes.to_vec())))
 }

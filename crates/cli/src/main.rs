@@ -15,7 +15,6 @@ mod output;
 mod program;
 mod serve;
 mod sources;
-mod standin;
 mod terminal;
 
 use std::process::ExitCode;

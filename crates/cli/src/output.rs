@@ -50,7 +50,7 @@ impl<'a> Prepared<'a> {
                 return Ok(io::stdout().lock().write_all(&bytes)?);
             }
             Content::Bytes(bytes) => {
-                let device = fs::OpenOptions::new().write(true).open(self.file);
+                let device = fs::OpenOptions::new().write(true).truncate(true).open(self.file);
                 device.and_then(|mut device| device.write_all(&bytes))
             }
             Content::Beside(written, target) => {
@@ -62,6 +62,10 @@ impl<'a> Prepared<'a> {
 }
 
 fn prepare(file: &Path, bytes: Vec<u8>) -> io::Result<Content> {
+    // It may lead to a file, by way of which somebody reads what comes out of us.
+    if file.starts_with("/dev") {
+        return Ok(Content::Bytes(bytes));
+    }
     // Through a link: what it leads to is replaced, not the link.
     let target = file.canonicalize().unwrap_or_else(|_| file.to_owned());
     let older = match fs::metadata(&target) {

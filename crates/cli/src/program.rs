@@ -3,13 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use opentmcl_catalog::Module;
-use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, encoding};
+use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, binary, encoding};
 use opentmcl_wire::Command;
 
-use crate::diagnostics::{self, Format, Summary, counted};
+use crate::diagnostics::{self, Format, Summary};
 use crate::failure::Failure;
 use crate::sources::{self, Disk};
-use crate::standin::binary;
 
 /// Options of every subcommand that takes a program.
 #[derive(clap::Args)]
@@ -99,10 +98,7 @@ pub(crate) fn findings(assembly: &Assembly, _module: Option<&'static Module>) ->
 pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
     binary::decode(bytes).map_err(|bad| {
         let first = bad.first().map(ToString::to_string).unwrap_or_default();
-        let more = match bad.len() {
-            0 | 1 => String::new(),
-            count => format!(", and {} more", counted(count - 1, "bad record")),
-        };
+        let more = if bad.len() > 1 { ", and it is not the only one" } else { "" };
         Failure::new(format!("{}: {first}{more}", sources::shown(file))).help(
             "a binary has eight bytes per command, the last of which is the sum of the others",
         )
