@@ -128,3 +128,56 @@ impl Program {
         labels.filter_map(|label| Some((label.name, label.address.try_into().ok()?)))
     }
 }
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "the panic of a test is its report")]
+mod tests {
+    use super::*;
+
+    /// Loads `main.tmc`, which includes `part.inc`.
+    fn program(main: &str, part: &str) -> (tempfile::TempDir, Result<Program, Failure>) {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("part.inc"), part).unwrap();
+        let file = folder.path().join("main.tmc");
+        std::fs::write(&file, main).unwrap();
+        let args = SourceArgs { include: Vec::new(), no_stop: false };
+        (folder, load(&file, &args, None))
+    }
+
+    #[test]
+    fn a_command_has_the_place_where_it_is_written() {
+        let (folder, program) =
+            program("Begin: ROR 0, 1\n#include part.inc\n", "\n  MST 0 // end\nLast:\n");
+        let program = program.unwrap();
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        let place = |address| program.place(address);
+        let (main, part) = (path("main.tmc"), path("part.inc"));
+        assert_eq!(place(0), Some(Place { file: &main, line: 1, text: "Begin: ROR 0, 1" }));
+        assert_eq!(place(1), Some(Place { file: &part, line: 2, text: "MST 0 // end" }));
+        assert_eq!(program.commands.len(), 3);
+        assert_eq!(place(2), None, "the assembler has added STOP");
+        assert_eq!(place(3), None);
+    }
+
+    #[test]
+    fn labels_are_found_in_any_case_and_come_by_address() {
+        let (_folder, program) = program("#include part.inc\nZ: ROR 0, 1\nA:\n", "M: MST 0\n");
+        let program = program.unwrap();
+        assert_eq!(program.labels().collect::<Vec<_>>(), [("M", 0), ("Z", 1), ("A", 2)]);
+        assert_eq!(program.label("z"), Some(1));
+        assert_eq!(program.label("y"), None);
+    }
+
+    #[test]
+    fn a_binary_has_commands_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("spin.BIN");
+        // ROR 0, 1: the last byte is the sum.
+        std::fs::write(&file, [1, 0, 0, 0, 0, 0, 1, 2]).unwrap();
+        let args = SourceArgs { include: Vec::new(), no_stop: false };
+        let program = load(&file, &args, None).unwrap();
+        assert_eq!(program.commands, [Command::new(1, 0, 0, 1)]);
+        assert_eq!((program.place(0), program.label("x")), (None, None));
+        assert_eq!(program.labels().count(), 0);
+    }
+}
