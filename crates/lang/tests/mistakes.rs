@@ -115,8 +115,8 @@ fn a_keyword_in_the_wrong_place_is_no_constant() {
     says(
         "MVP ABS, REL, 51200",
         &[
-            "REL | unknown-keyword | REL is a keyword; a motor is expected here | write MVP <kind of \
-         move>, <motor>, <position>",
+            "REL | unknown-keyword | REL is a keyword; a motor is expected here | write MVP \
+         <ABS|REL|COORD>, <motor>, <position>",
         ],
     );
     says(
