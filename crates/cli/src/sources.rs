@@ -142,8 +142,8 @@ fn in_any_case(folder: &Path, name: std::path::Component<'_>) -> Option<std::ffi
     names.filter(|name| name.to_str().is_some_and(|name| name.to_lowercase() == wanted)).min()
 }
 
-/// The extension of sources.
-const EXTENSION: &str = "tmc";
+/// The extensions of sources. Files that are only included have any.
+const EXTENSIONS: [&str; 2] = ["tmc", "tmcl"];
 
 /// The files that are meant by files and folders: of a folder all sources in it and in its folders,
 /// in order of their names, without hidden ones.
@@ -159,7 +159,7 @@ pub(crate) fn expand(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             Failure::new(format!("cannot read {}: {}", path.display(), reason(&error)))
         })?;
         if files.len() == before {
-            let message = format!("there is no .{EXTENSION} file in {}", path.display());
+            let message = format!("there is no .tmc file in {}", path.display());
             return Err(Failure::new(message).help("name the files themselves"));
         }
     }
@@ -176,11 +176,12 @@ fn add_folder(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
         let path = entry.path();
         // People write `spin.tmc`, and so do those who read our output.
         let path = path.strip_prefix(".").unwrap_or(&path).to_owned();
-        let is_source = || path.extension().is_some_and(|it| it.eq_ignore_ascii_case(EXTENSION));
+        let extension = path.extension().unwrap_or_default();
+        let is_source = EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known));
         // The type is that of a link itself: what it leads to could be a folder above.
         if entry.file_type()?.is_dir() {
             add_folder(&path, files)?;
-        } else if is_source() && path.is_file() {
+        } else if is_source && path.is_file() {
             files.push(path);
         }
     }
