@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::lookup;
 use crate::output;
 use crate::program::{self, SourceArgs};
-use crate::sources::{self, is_stdin};
+use crate::sources::{self, is_dash};
 
 /// Assemble a program into the file that a module takes
 ///
@@ -34,7 +34,7 @@ pub(crate) struct Args {
         value_name = "FILE",
         num_args = 0..=1,
         require_equals = true,
-        default_missing_value = sources::STDIN_OR_STDOUT
+        default_missing_value = sources::DASH
     )]
     listing: Option<PathBuf>,
     /// Check against what this module has [default: the one that the source names]
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         .into_iter()
         .flatten()
         .collect();
-    let to_stdout = files.iter().filter(|file| is_stdin(file)).count() + usize::from(args.json);
+    let to_stdout = files.iter().filter(|file| is_dash(file)).count() + usize::from(args.json);
     if to_stdout > 1 {
         return Err(Failure::usage("only one thing can go to standard output")
             .help("name a file for each of the others: -o FILE, --symbols FILE, --listing=FILE"));
@@ -108,7 +108,7 @@ fn binary_file(args: &Args) -> Result<PathBuf, Failure> {
     }
     match &args.output {
         Some(file) => Ok(file.clone()),
-        None if is_stdin(&args.file) => {
+        None if is_dash(&args.file) => {
             Err(Failure::usage("a program from standard input has no name for its binary")
                 .help("name it: -o FILE, or -o - for standard output"))
         }

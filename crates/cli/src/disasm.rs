@@ -21,7 +21,7 @@ pub(crate) struct Args {
     #[arg(value_name = "FILE.bin")]
     file: PathBuf,
     /// Where to write the source [default: standard output]
-    #[arg(short, long, value_name = "FILE", default_value = sources::STDIN_OR_STDOUT, hide_default_value = true)]
+    #[arg(short, long, value_name = "FILE", default_value = sources::DASH, hide_default_value = true)]
     output: PathBuf,
     /// Name the parameters as this module has them
     #[arg(long, value_name = "NAME")]
@@ -37,7 +37,7 @@ Examples:
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let module = args.module.as_deref().map(lookup::module).transpose()?;
     let commands = program::decode(&args.file, &sources::read(&args.file)?)?;
-    if output::is_same(&args.output, &args.file) && !sources::is_stdin(&args.file) {
+    if output::is_same(&args.output, &args.file) && !sources::is_dash(&args.file) {
         let message = format!("{} is the binary itself", args.output.display());
         return Err(Failure::usage(message).help("write to a file of another name"));
     }

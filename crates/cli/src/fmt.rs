@@ -10,7 +10,7 @@ use crate::diagnostics::{self, Format, counted};
 use crate::failure::Failure;
 use crate::output;
 use crate::program;
-use crate::sources::{self, is_stdin};
+use crate::sources::{self, is_dash};
 
 /// Format sources
 ///
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         };
         let differs = formatted != bytes;
         changed += usize::from(differs);
-        if is_stdin(&file) && !args.check {
+        if is_dash(&file) && !args.check {
             out.write_all(&formatted)?;
         } else if differs {
             if !args.check {

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
-use crate::sources::{is_stdin, reason};
+use crate::sources::{is_dash, reason};
 
 /// Writes files, `-` being standard output. No file takes its place before all of them are ready.
 ///
@@ -37,7 +37,7 @@ enum Content {
 
 impl<'a> Prepared<'a> {
     fn new(file: &'a Path, bytes: Vec<u8>) -> Result<Self, Failure> {
-        if is_stdin(file) {
+        if is_dash(file) {
             return Ok(Self { file, content: Content::Bytes(bytes) });
         }
         let content = prepare(file, bytes).map_err(|error| cannot_write(file, &error))?;
@@ -46,7 +46,7 @@ impl<'a> Prepared<'a> {
 
     fn finish(self) -> Result<(), Failure> {
         let result = match self.content {
-            Content::Bytes(bytes) if is_stdin(self.file) => {
+            Content::Bytes(bytes) if is_dash(self.file) => {
                 return Ok(io::stdout().lock().write_all(&bytes)?);
             }
             Content::Bytes(bytes) => {

@@ -10,7 +10,7 @@ use opentmcl_lang::include::{Found, Sources};
 use crate::failure::Failure;
 
 /// The name that stands for standard input, or standard output where something is written.
-pub(crate) const STDIN_OR_STDOUT: &str = "-";
+pub(crate) const DASH: &str = "-";
 
 /// What standard input is called where a file's name is shown.
 const STDIN_SHOWN: &str = "<stdin>";
@@ -19,18 +19,18 @@ const STDIN_SHOWN: &str = "<stdin>";
 const MAX_LEN: u64 = opentmcl_lang::MAX_TEXT as u64;
 
 /// Whether a file named on the command line stands for standard input or output.
-pub(crate) fn is_stdin(file: &Path) -> bool {
-    file.as_os_str() == STDIN_OR_STDOUT
+pub(crate) fn is_dash(file: &Path) -> bool {
+    file.as_os_str() == DASH
 }
 
 /// The name of a file as it is shown.
 pub(crate) fn shown(file: &Path) -> String {
-    if is_stdin(file) { STDIN_SHOWN.into() } else { file.display().to_string() }
+    if is_dash(file) { STDIN_SHOWN.into() } else { file.display().to_string() }
 }
 
 /// Reads a file, or standard input.
 pub(crate) fn read(file: &Path) -> Result<Vec<u8>, Failure> {
-    let bytes = if is_stdin(file) {
+    let bytes = if is_dash(file) {
         limited(io::stdin().lock())
     } else {
         // Beforehand, for the same words on all systems.
@@ -76,7 +76,7 @@ impl<'a> Disk<'a> {
     /// For the program with this main file.
     pub(crate) fn new(main: &Path, folders: &'a [PathBuf]) -> Self {
         let mut disk = Self { folders, known: Vec::new() };
-        if !is_stdin(main) {
+        if !is_dash(main) {
             disk.name(main);
         }
         disk
@@ -150,7 +150,7 @@ const EXTENSIONS: [&str; 2] = ["tmc", "tmcl"];
 pub(crate) fn expand(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
     let mut files = Vec::new();
     for path in named {
-        if is_stdin(path) || !path.is_dir() {
+        if is_dash(path) || !path.is_dir() {
             files.push(path.clone());
             continue;
         }
