@@ -1,16 +1,21 @@
 //! The program `tmcl`: one file per subcommand, each as thin as it can be.
 
 mod asm;
+mod check;
 mod conform;
 mod diagnostics;
+mod disasm;
 mod exec;
 mod failure;
+mod fmt;
 mod local;
 mod lookup;
 mod modules;
+mod output;
 mod program;
 mod serve;
 mod sources;
+mod terminal;
 
 use std::process::ExitCode;
 
@@ -30,7 +35,9 @@ const EXAMPLES: &str = "\
 Examples:
   tmcl serve tmcm-6214                          a virtual module for any TMCL client
   tmcl exec -c virtual:tmcm-6214 'GAP 5, 0'     one command, one reply
-  tmcl modules tmcm-6214                        everything that the module has";
+  tmcl modules tmcm-6214                        everything that the module has
+  tmcl check spin.tmc                           mistakes in a program
+  tmcl asm spin.tmc                             a program as the file that modules take";
 
 #[derive(Subcommand)]
 enum Command {
@@ -38,6 +45,9 @@ enum Command {
     Serve(serve::Args),
     Exec(exec::Args),
     Asm(asm::Args),
+    Disasm(disasm::Args),
+    Check(check::Args),
+    Fmt(fmt::Args),
     Conform(conform::Args),
 }
 
@@ -47,6 +57,9 @@ fn main() -> ExitCode {
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
         Command::Asm(args) => failure::exit_code(asm::run(&args)),
+        Command::Disasm(args) => failure::exit_code(disasm::run(&args)),
+        Command::Check(args) => failure::exit_code(check::run(&args)),
+        Command::Fmt(args) => failure::exit_code(fmt::run(&args)),
         Command::Conform(args) => conform::run(args),
     }
 }
