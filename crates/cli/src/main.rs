@@ -1,12 +1,18 @@
 //! The program `tmcl`: one file per subcommand, each as thin as it can be.
 
 mod conform;
+mod connect;
+mod control;
+mod download;
 mod exec;
 mod failure;
 mod local;
 mod lookup;
 mod modules;
+mod program;
+mod progress;
 mod serve;
+mod upload;
 
 use std::process::ExitCode;
 
@@ -33,6 +39,13 @@ enum Command {
     Modules(modules::Args),
     Serve(serve::Args),
     Exec(exec::Args),
+    Download(download::Args),
+    Upload(upload::Args),
+    Run(control::RunArgs),
+    Stop(control::StopArgs),
+    Step(control::StepArgs),
+    Reset(control::ResetArgs),
+    Status(control::StatusArgs),
     Conform(conform::Args),
 }
 
@@ -41,6 +54,13 @@ fn main() -> ExitCode {
         Command::Modules(args) => failure::exit_code(modules::run(&args)),
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
+        Command::Download(args) => failure::exit_code(download::run(&args)),
+        Command::Upload(args) => failure::exit_code(upload::run(&args)),
+        Command::Run(args) => failure::exit_code(control::run(&args)),
+        Command::Stop(args) => failure::exit_code(control::stop(&args)),
+        Command::Step(args) => failure::exit_code(control::step(&args)),
+        Command::Reset(args) => failure::exit_code(control::reset(&args)),
+        Command::Status(args) => failure::exit_code(control::status(&args)),
         Command::Conform(args) => conform::run(args),
     }
 }

@@ -135,7 +135,7 @@ impl Programmer<'_> {
         })
     }
 
-    /// Executes one command of the program and returns where it then stands.
+    /// Executes one command of the program.
     ///
     /// In doubt whether the module has executed the step, it has if the program stands elsewhere or
     /// its mode has changed. If it was in single steps before and still stands at a command that may
@@ -143,7 +143,7 @@ impl Programmer<'_> {
     ///
     /// # Errors
     /// When the module does not answer or refuses, or [`TransferError::Unknown`].
-    pub fn step(&mut self) -> Result<State, TransferError> {
+    pub fn step(&mut self) -> Result<(), TransferError> {
         self.perform(Step::Step, |host, before, now| {
             Ok(match before.mode {
                 Mode::Running if now.mode == Mode::Running => Performed::No,
@@ -152,8 +152,7 @@ impl Programmer<'_> {
                 _ if may_stay(host.read_at(now.address)?, now.address) => Performed::Unknown,
                 _ => Performed::No,
             })
-        })?;
-        self.state()
+        })
     }
 
     /// Sends what must be executed once. `judge` compares where the program stood before and where

@@ -36,7 +36,7 @@ use crate::connection::Connection;
 /// Attempts that are made to get one command through.
 pub const ATTEMPTS: u32 = 3;
 
-/// Number of the command that marks the end of a program in the module's memory.
+/// Marks the end of a program in the module's memory.
 pub const END_MARK: Command = Command::new(0, 0, 0, 0);
 
 /// A host that is in step with one module and deals with its program.

@@ -69,6 +69,19 @@ impl Programmer<'_> {
         Ok(())
     }
 
+    /// The command of the program at an address; none behind the end of the program, and where a
+    /// [protected](Programmer::protection) module shows nothing.
+    ///
+    /// # Errors
+    /// When the module does not answer.
+    pub fn command_at(&mut self, address: u16) -> Result<Option<Command>, TransferError> {
+        match self.read_at(address) {
+            Ok(command) => Ok(Some(command).filter(|command| command.number != END_MARK.number)),
+            Err(TransferError::Refused { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
     pub(super) fn read_at(&mut self, address: u16) -> Result<Command, TransferError> {
         let step = Step::Read(address);
         self.insist(step, |host, doubt| {

@@ -59,7 +59,7 @@ fn a_step_is_executed_once() {
         with_every_fault(
             &program,
             prepare,
-            |host| host.step().map(drop),
+            |host| host.step(),
             |line| match before {
                 0 => assert_eq!(steps(line), (1, 1)),
                 // The step after the first was the STOP; after the STOP it is the second CALC.
@@ -75,7 +75,7 @@ fn a_step_stops_a_running_program() {
     with_every_fault(
         &["CALC ADD, 1", "CALC ADD, 1", "JA 0"],
         &["129 0, 0, 0"],
-        |host| host.step().map(drop),
+        |host| host.step(),
         |line| assert_eq!(line.execute(&["GGP 128, 0"]), 2),
     );
 }
@@ -99,8 +99,12 @@ fn a_step_whose_request_arrived_damaged_is_repeated_even_in_place() {
     let mut line = FaultyLine::with_plan(&[(2, Fault::RequestGarbled(2, 1))]);
     line.store(&commands(&["JA 0"]));
     line.execute(&["130 0, 0, 0"]);
-    let state = Programmer::open(&mut line, 1, 2048).unwrap().step().unwrap();
-    assert_eq!(state, State { mode: Mode::Stepping, waiting: false, address: 0 });
+    let mut host = Programmer::open(&mut line, 1, 2048).unwrap();
+    host.step().unwrap();
+    assert_eq!(
+        host.state().unwrap(),
+        State { mode: Mode::Stepping, waiting: false, address: 0 }
+    );
 }
 
 #[test]
