@@ -2,6 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "the panic of a test is its report")]
 
 mod common;
+mod control;
+mod download;
 mod exec;
 mod modules;
 mod serve;
