@@ -1,8 +1,10 @@
 //! The program `tmcl`: one file per subcommand, each as thin as it can be.
 
+mod asm;
 mod conform;
 mod connect;
 mod control;
+mod diagnostics;
 mod download;
 mod exec;
 mod failure;
@@ -12,6 +14,7 @@ mod modules;
 mod program;
 mod progress;
 mod serve;
+mod sources;
 mod upload;
 
 use std::process::ExitCode;
@@ -39,6 +42,7 @@ enum Command {
     Modules(modules::Args),
     Serve(serve::Args),
     Exec(exec::Args),
+    Asm(asm::Args),
     Download(download::Args),
     Upload(upload::Args),
     Run(control::RunArgs),
@@ -54,6 +58,7 @@ fn main() -> ExitCode {
         Command::Modules(args) => failure::exit_code(modules::run(&args)),
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
+        Command::Asm(args) => failure::exit_code(asm::run(&args)),
         Command::Download(args) => failure::exit_code(download::run(&args)),
         Command::Upload(args) => failure::exit_code(upload::run(&args)),
         Command::Run(args) => failure::exit_code(control::run(&args)),
