@@ -156,8 +156,7 @@ fn act(args: &CommonArgs, action: Action<'_>) -> Result<(), Failure> {
         _ => None,
     };
     let mut connection = args.connect.open()?;
-    let mut programmer =
-        Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
+    let mut programmer = Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
     match action {
         Action::Run { .. } => programmer.run(at)?,
         Action::Stop => programmer.stop()?,
@@ -222,7 +221,11 @@ struct Json<'a> {
 impl View {
     /// Where the command comes from, unless the module has another one there than the program.
     fn place(&self) -> Option<Place<'_>> {
-        if self.is_other_program() { None } else { self.program.as_ref()?.place(self.state.address) }
+        if self.is_other_program() {
+            None
+        } else {
+            self.program.as_ref()?.place(self.state.address)
+        }
     }
 
     fn is_other_program(&self) -> bool {

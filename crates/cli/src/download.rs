@@ -76,8 +76,7 @@ struct Downloaded {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let chosen = args.module.as_deref().map(lookup::module).transpose()?;
     let mut connection = args.connect.open()?;
-    let mut programmer =
-        Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
+    let mut programmer = Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
     let identity = programmer.identity();
     let module = chosen.or_else(|| by_number(identity?.number));
     let commands = program::load(&args.file, &args.source, module)?.commands;

@@ -35,10 +35,7 @@ fn nearest(name: &str) -> Option<&'static str> {
 }
 
 /// The name that was probably meant, in any case.
-pub(crate) fn nearest_of<'a>(
-    name: &str,
-    names: impl Iterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub(crate) fn nearest_of<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase();
     names
         .map(|other| (strsim::jaro_winkler(&name, &other.to_lowercase()), other))

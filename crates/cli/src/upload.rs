@@ -11,6 +11,7 @@ use opentmcl_wire::Command;
 
 use crate::connect::ConnectArgs;
 use crate::failure::Failure;
+use crate::program;
 use crate::progress::Progress;
 
 /// Read the program from a module
@@ -36,8 +37,7 @@ Examples:
 /// Reads the program and writes it.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut connection = args.connect.open()?;
-    let mut programmer =
-        Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
+    let mut programmer = Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
     let mut progress = Progress::start("commands read:", None);
     let commands = programmer.read(&mut |done| progress.set(done))?;
     drop(progress);
@@ -53,7 +53,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 /// Why the module shows no program.
 fn empty(programmer: &mut Programmer<'_>) -> Result<Failure, Failure> {
     Ok(if programmer.protection()?.reading {
-        let message = "the program on the module is protected against reading (global parameter 81)";
+        let message =
+            "the program on the module is protected against reading (global parameter 81)";
         Failure::new(message).help("lifting the protection erases the program; ask who wrote it")
     } else {
         Failure::new("there is no program on the module: address 0 holds the end mark")
@@ -62,8 +63,8 @@ fn empty(programmer: &mut Programmer<'_>) -> Result<Failure, Failure> {
 }
 
 fn write_file(path: &Path, commands: &[Command]) -> Result<(), Failure> {
-    let is_binary = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bin"));
-    let contents = if is_binary { binary(commands) } else { source(commands).into_bytes() };
+    let contents =
+        if program::is_binary(path) { binary(commands) } else { source(commands).into_bytes() };
     fs::write(path, contents)
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
     let plural = if commands.len() == 1 { "" } else { "s" };

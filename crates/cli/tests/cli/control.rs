@@ -23,7 +23,8 @@ fn a_program_is_stepped_run_stopped_and_reset() {
     stdout_of(&["download", source, "-c", served.pty()]);
     let after = |command: &str| stdout_of(&[command, "-c", served.pty()]);
 
-    let state = "stopped at address 0\n  command      CALC ADD, 5\n  accumulator  0\n  X            0\n";
+    let state =
+        "stopped at address 0\n  command      CALC ADD, 5\n  accumulator  0\n  X            0\n";
     assert_eq!(after("status"), state);
     assert_eq!(
         after("step"),

@@ -101,10 +101,7 @@ fn a_step_whose_request_arrived_damaged_is_repeated_even_in_place() {
     line.execute(&["130 0, 0, 0"]);
     let mut host = Programmer::open(&mut line, 1, 2048).unwrap();
     host.step().unwrap();
-    assert_eq!(
-        host.state().unwrap(),
-        State { mode: Mode::Stepping, waiting: false, address: 0 }
-    );
+    assert_eq!(host.state().unwrap(), State { mode: Mode::Stepping, waiting: false, address: 0 });
 }
 
 #[test]
