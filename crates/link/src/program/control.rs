@@ -120,7 +120,7 @@ impl Programmer<'_> {
     /// Starts the program where it stands, or stops it and starts it at an address.
     ///
     /// In doubt whether the module has executed the command, it has if the program runs or has gone
-    /// on. If it stands where it stood before, the command is repeated.
+    /// on. If all is as it was before, the command is repeated.
     ///
     /// # Errors
     /// When the module does not answer or refuses.
@@ -130,8 +130,7 @@ impl Programmer<'_> {
             self.stop()?;
         }
         self.perform(Step::Run(at), |_, before, now| {
-            let stands_still = now.mode != Mode::Running && now.is_same_place(before);
-            Ok(if stands_still { Performed::No } else { Performed::Yes })
+            Ok(if now.is_same_place(before) { Performed::No } else { Performed::Yes })
         })
     }
 
@@ -166,12 +165,12 @@ impl Programmer<'_> {
         let mut in_doubt = false;
         self.insist(step, |host, doubt| {
             if let Some(doubt) = doubt {
-                host.pass_marker(step)?;
+                host.pass_marker()?;
                 if in_doubt {
                     let now = host.state()?;
                     match judge(host, before, now)? {
                         Performed::Yes => return Ok(()),
-                        Performed::No => in_doubt = false,
+                        Performed::No => {}
                         Performed::Unknown => {
                             let State { mode, address, .. } = now;
                             return Err(TransferError::Unknown { address, mode, doubt }.into());

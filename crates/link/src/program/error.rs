@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use opentmcl_wire::serial::FRAME_LEN;
 use opentmcl_wire::{Command, Status, control};
 
 use super::Mode;
@@ -99,6 +100,9 @@ pub enum Doubt {
     /// The reply belongs to another command, with this number.
     #[error("the reply belongs to command {0}")]
     OtherReply(u8),
+    /// The reply is signed with other addresses than the module's.
+    #[error("the reply does not come from this module: {0:02X?}")]
+    OtherSender([u8; FRAME_LEN]),
     /// The reply can be read in two ways, and the next one was different.
     #[error("two replies to the same question differ")]
     Ambiguous,
@@ -110,6 +114,13 @@ pub enum Doubt {
         /// What came back.
         found: i32,
     },
+}
+
+impl Doubt {
+    /// Whether the reply may be the late one to an earlier request.
+    pub(super) fn is_late(&self) -> bool {
+        matches!(self, Self::OtherReply(_) | Self::OtherSender(_))
+    }
 }
 
 /// Why a program could not be transferred, or was not controlled.

@@ -82,7 +82,7 @@ impl Programmer<'_> {
     pub(super) fn ask(&mut self, step: Step) -> Result<i32, TransferError> {
         self.insist(step, |host, before| {
             if before.is_some() {
-                host.pass_marker(step)?;
+                host.pass_marker()?;
             }
             host.once_ok(step)
         })
@@ -98,38 +98,29 @@ impl Programmer<'_> {
         }
     }
 
-    /// Exchanges a command that no reply to `step` can be taken for.
-    pub(super) fn pass_marker(&mut self, step: Step) -> Result<(), Failed> {
-        let marker = match step {
-            Step::Identify => Step::State(0),
-            _ => Step::Identify,
-        };
-        self.once(marker.command()).map(drop)
+    /// Exchanges a command whose reply is the same each time and cannot be taken for another one. All
+    /// replies before it are late, even one that reads as if a request had been damaged: a command of
+    /// the program, in the reply to 134, may have the same bytes.
+    pub(super) fn pass_marker(&mut self) -> Result<(), Failed> {
+        let (command, signature) = (Step::Identify.command(), self.signature);
+        let read = |frame| read_reply(frame, command, signature);
+        let is_late = |doubt: &Doubt| doubt.is_late() || matches!(doubt, Doubt::DamagedRequest);
+        self.exchange(command, read, is_late).map(drop)
     }
 
     /// Sends a request once and returns its reply, if there is one that is surely that.
     pub(super) fn once(&mut self, command: Command) -> Result<AddressedReply, Failed> {
         let signature = self.signature;
-        self.exchange(command, |frame| {
-            let damaged = Doubt::Line(ConnectionError::DamagedReply(frame));
-            let Ok(answer) = serial::decode_reply(frame) else { return Err(damaged) };
-            // A byte before the reply may make a frame with a correct checksum of its beginning.
-            let sender = Signature { host: answer.host, module: answer.module };
-            match answer.reply {
-                _ if signature.is_some_and(|signature| signature != sender) => Err(damaged),
-                reply if reply.status == Status::WRONG_CHECKSUM => Err(Doubt::DamagedRequest),
-                reply if reply.number != command.number => Err(Doubt::OtherReply(reply.number)),
-                _ => Ok(answer),
-            }
-        })
+        self.exchange(command, |frame| read_reply(frame, command, signature), Doubt::is_late)
     }
 
-    /// Sends a request once and returns what `read` makes of its reply. Replies that belong to
-    /// another command are passed over: they are late, and this one comes behind them.
+    /// Sends a request once and returns what `read` makes of its reply. Replies that are late are
+    /// passed over: this one comes behind them.
     pub(super) fn exchange<T>(
         &mut self,
         command: Command,
-        mut read: impl FnMut([u8; FRAME_LEN]) -> Result<T, Doubt>,
+        read: impl Fn([u8; FRAME_LEN]) -> Result<T, Doubt>,
+        is_late: impl Fn(&Doubt) -> bool,
     ) -> Result<T, Failed> {
         self.connection.discard()?;
         self.connection.send(&serial::encode_request(self.address, command))?;
@@ -138,10 +129,32 @@ impl Programmer<'_> {
         for _ in 0..STALE_FRAMES {
             let Some(frame) = self.connection.receive(timeout)? else { break };
             match read(frame) {
-                Err(other @ Doubt::OtherReply(_)) => doubt = other,
+                Err(late) if is_late(&late) => doubt = late,
                 result => return result.map_err(Failed::Doubt),
             }
         }
         Err(Failed::Doubt(doubt))
+    }
+}
+
+/// Reads the reply to a command, from a module that signs its replies so, if that is known.
+fn read_reply(
+    frame: [u8; FRAME_LEN],
+    command: Command,
+    signature: Option<Signature>,
+) -> Result<AddressedReply, Doubt> {
+    let Ok(answer) = serial::decode_reply(frame) else {
+        return Err(Doubt::Line(ConnectionError::DamagedReply(frame)));
+    };
+    let sender = Signature { host: answer.host, module: answer.module };
+    match answer.reply {
+        // A late reply to 134, or a stray byte and the beginning of a reply with, by chance, a
+        // correct checksum.
+        _ if signature.is_some_and(|signature| signature != sender) => {
+            Err(Doubt::OtherSender(frame))
+        }
+        reply if reply.status == Status::WRONG_CHECKSUM => Err(Doubt::DamagedRequest),
+        reply if reply.number != command.number => Err(Doubt::OtherReply(reply.number)),
+        _ => Ok(answer),
     }
 }

@@ -96,12 +96,8 @@ impl<'a> Programmer<'a> {
         let (signature, identity) = (None, None);
         let mut programmer =
             Self { connection, address, memory, signature, identity, echoes: true };
-        let answer = programmer.insist(Step::Identify, |host, before| {
-            if before.is_some() {
-                host.pass_marker(Step::Identify)?;
-            }
-            host.once(Step::Identify.command())
-        })?;
+        let step = Step::Identify;
+        let answer = programmer.insist(step, |host, _| host.once(step.command()))?;
         programmer.signature = Some(Signature { host: answer.host, module: answer.module });
         programmer.identity = Identity::read(answer.reply);
         Ok(programmer)

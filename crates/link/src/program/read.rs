@@ -86,7 +86,7 @@ impl Programmer<'_> {
         let step = Step::Read(address);
         self.insist(step, |host, doubt| {
             if doubt.is_some() {
-                host.pass_marker(step)?;
+                host.pass_marker()?;
             }
             match host.answer_to(step)? {
                 Answer::Stored(command) => Ok(command),
@@ -94,7 +94,7 @@ impl Programmer<'_> {
                 first @ Answer::Ambiguous(command) => {
                     // Twice in a row is not the line's fault.
                     host.wait_for_silence(SILENCE)?;
-                    host.pass_marker(step)?;
+                    host.pass_marker()?;
                     if host.answer_to(step)? == first {
                         Ok(command)
                     } else {
@@ -107,20 +107,17 @@ impl Programmer<'_> {
 
     fn answer_to(&mut self, step: Step) -> Result<Answer, Failed> {
         let signature = self.signature;
-        self.exchange(step.command(), |frame| classify(frame, signature))
+        self.exchange(step.command(), |frame| classify(frame, signature), Doubt::is_late)
     }
 }
 
 /// What a reply from a module says that signs its replies so.
 fn classify(frame: [u8; FRAME_LEN], signature: Option<Signature>) -> Result<Answer, Doubt> {
     let damaged = Doubt::Line(ConnectionError::DamagedReply(frame));
-    let Ok(Request { address, command: stored }) = serial::decode_request(frame) else {
+    let Ok(Request { command: stored, .. }) = serial::decode_request(frame) else {
         return Err(damaged);
     };
-    let Some(Signature { host, module }) = signature.filter(|signature| signature.host == address)
-    else {
-        return Err(damaged);
-    };
+    let Some(Signature { host, module }) = signature else { return Err(damaged) };
     // Where other replies have the address of the module, the status and the command number.
     let (sender, status, number) = (stored.number, Status(stored.kind), stored.motor);
     // In a program only the commands that calculate with two variables have a control command's
@@ -133,7 +130,7 @@ fn classify(frame: [u8; FRAME_LEN], signature: Option<Signature>) -> Result<Answ
         }
         // The answer to a damaged request.
         0 if sender == module && status == Status::WRONG_CHECKSUM => Answer::Ambiguous(stored),
-        // A stray byte that looks like the host's address, and the beginning of the reply.
+        // A stray byte and the beginning of the reply.
         _ if sender == host => Answer::Ambiguous(stored),
         _ => Answer::Stored(stored),
     })

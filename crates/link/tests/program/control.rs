@@ -1,5 +1,7 @@
 //! Run, stop, step, reset, state: executed once, whatever the line does.
 
+use std::time::Duration;
+
 use opentmcl_link::program::{Mode, Programmer, Registers, State, TransferError};
 use opentmcl_wire::{Command, mnemonic};
 
@@ -25,7 +27,9 @@ fn with_every_fault(
     look: impl Fn(&mut FaultyLine),
 ) {
     for place in 0..PLACES {
-        for fault in FAULTS {
+        // Of a byte before the reply, one in 256 makes a frame with a correct checksum.
+        let strays = (0..=u8::MAX).map(Fault::StrayBeforeReply);
+        for fault in FAULTS.into_iter().chain(strays) {
             let mut line = FaultyLine::with_plan(&[(place, fault)]);
             line.store(&commands(program));
             line.execute(&["131 0, 0, 0"]);
@@ -73,7 +77,8 @@ fn a_step_is_executed_once() {
 #[test]
 fn a_step_stops_a_running_program() {
     with_every_fault(
-        &["CALC ADD, 1", "CALC ADD, 1", "JA 0"],
+        // In the second of a doubt it comes to another address than before.
+        &[&["CALC ADD, 1"; 10][..], &["JA 0"]].concat(),
         &["129 0, 0, 0"],
         |host| host.step(),
         |line| assert_eq!(line.execute(&["GGP 128, 0"]), 2),
@@ -92,6 +97,17 @@ fn a_step_that_may_have_been_executed_in_place_is_not_repeated() {
          stands at address 0, mode single step, as before"
     );
     assert!(error.help().contains("tmcl status"), "{}", error.help());
+}
+
+#[test]
+fn a_first_step_in_place_shows_by_the_mode() {
+    let mode = |line: &mut FaultyLine| line.execute(&["GGP 128, 0"]);
+    with_every_fault(
+        &["JA 0"],
+        &[],
+        |host| host.step(),
+        |line| assert_eq!((mode(line), address(line)), (2, 0)),
+    );
 }
 
 #[test]
@@ -185,5 +201,12 @@ fn state_and_registers_are_told_over_any_fault() {
             let registers = Registers { accumulator: Some(-4), x: Some(-7) };
             assert_eq!(host.registers().unwrap(), registers, "{fault:?} at {place}");
         }
+        let late = |millis| Fault::ReplyLate(Duration::from_millis(millis));
+        let mut line = FaultyLine::with_plan(&[(place, late(1_500)), (place + 1, late(600))]);
+        line.execute(&["CALC LOAD, 1", "CALCX LOAD", "CALC LOAD, 2"]);
+        let mut host = Programmer::open(&mut line, 1, 2048).unwrap();
+        host.state().unwrap();
+        let registers = Registers { accumulator: Some(2), x: Some(1) };
+        assert_eq!(host.registers().unwrap(), registers, "replies one step out from {place} on");
     }
 }

@@ -26,6 +26,8 @@ pub(crate) enum Fault {
     ReplyLate(Duration),
     /// The module is switched off and on before the request.
     PowerCycle,
+    /// Another host starts a download at address 15 before the request.
+    OtherHost,
 }
 
 /// One fault of each kind; of those that concern a byte, at the beginning, in the middle and at the
@@ -107,7 +109,7 @@ impl FaultyLine {
     pub(crate) fn execute(&mut self, commands: &[&str]) -> i32 {
         let replies = commands.iter().map(|text| {
             let reply = self.module.execute(mnemonic::parse(text).unwrap());
-            assert!(reply.status.is_ok(), "{text}: {}", reply.status);
+            assert_eq!(reply.status, Status::OK, "{text}");
             reply.value
         });
         replies.last().unwrap()
@@ -192,6 +194,7 @@ impl Connection for FaultyLine {
             Some(Fault::RequestTruncated(len)) => bytes.truncate(len),
             Some(Fault::StrayBeforeRequest(stray)) => bytes.insert(0, stray),
             Some(Fault::PowerCycle) => self.module.power_cycle(),
+            Some(Fault::OtherHost) => drop(self.execute(&["132 0, 0, 15"])),
             _ => {}
         }
         if self.dead {

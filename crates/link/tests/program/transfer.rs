@@ -1,11 +1,13 @@
 //! Download, read, verify.
 
+use std::time::Duration;
+
 use opentmcl_firmware::Line;
 use opentmcl_link::program::{
     ATTEMPTS, Doubt, END_MARK, Identity, Programmer, Step, TransferError,
 };
 use opentmcl_link::{Connection, ConnectionError};
-use opentmcl_wire::{Command, Status, mnemonic};
+use opentmcl_wire::{Command, Status, mnemonic, serial};
 
 use crate::line::{FAULTS, Fault, FaultyLine};
 
@@ -132,6 +134,57 @@ fn any_one_byte_that_slips_in_before_a_reply_does_no_harm() {
             assert_download_survives(Line::Rs485, &[(place, Fault::StrayBeforeReply(stray))]);
         }
     }
+}
+
+/// The first reply comes when it is given up, the one to the next request when the first was taken
+/// for it.
+const TWO_LATE: [Fault; 2] =
+    [Fault::ReplyLate(Duration::from_millis(1_500)), Fault::ReplyLate(Duration::from_millis(600))];
+
+#[test]
+fn replies_one_step_out_are_not_taken_for_each_other() {
+    for place in 0..assert_reading_survives(&[]) {
+        assert_reading_survives(&[(place, TWO_LATE[0]), (place + 1, TWO_LATE[1])]);
+    }
+}
+
+#[test]
+fn a_module_that_is_silent_for_two_seconds_does_not_end_it() {
+    let long = Fault::ReplyLate(Duration::from_millis(2_200));
+    for place in 0..PROGRAM.len() + 4 {
+        assert_download_survives(Line::Rs485, &[(place, long)]);
+        assert_reading_survives(&[(place, long)]);
+    }
+}
+
+#[test]
+fn a_byte_that_slips_in_before_the_last_command_of_a_full_memory_is_noticed_at_the_end() {
+    // 254 + 1 + 1 is 0, the lowest byte of the value, for a checksum: ROR of type 1.
+    let mut full = vec![Command::new(28, 0, 0, 0); MEMORY];
+    full[MEMORY - 1] = Command::new(1, 0, 0, 0);
+    let plan = [(MEMORY + 1, Fault::StrayBeforeRequest(254))];
+    let mut line = FaultyLine::of_kind(Line::Usb, &plan);
+    open(&mut line).unwrap().download(&full, &mut no_progress).unwrap();
+    assert_eq!(line.memory(MEMORY as i32), full);
+    assert!(line.exchanges > MEMORY + 3, "it was not noticed");
+}
+
+#[test]
+fn a_parameter_that_becomes_part_of_another_hosts_download_is_not_taken_for_read() {
+    let mut line = FaultyLine::with_plan(&[(2, Fault::OtherHost)]);
+    let error = open(&mut line).unwrap().set_auto_start(true).unwrap_err();
+    assert!(matches!(error, TransferError::Refused { status: Status::LOADED, .. }), "{error:?}");
+    assert!(error.help().contains("another program may be downloading"), "{}", error.help());
+}
+
+#[test]
+fn a_command_of_the_program_is_not_taken_for_a_late_report() {
+    // Type 128, where a reply has the status of a late report.
+    let mut line = FaultyLine::new();
+    line.store(&[Command::new(6, 128, 0, 0)]);
+    let read = Command::new(134, 0, 0, 0);
+    let frame = line.exchange(serial::encode_request(1, read)).unwrap();
+    assert_eq!(frame, [2, 6, 128, 0, 0, 0, 0, 0, 136]);
 }
 
 #[test]
@@ -294,5 +347,7 @@ fn a_forgotten_download_mode_is_left_before_a_parameter_is_asked_for() {
     line.store(&old_program());
     line.execute(&["132 0, 0, 3"]);
     open(&mut line).unwrap().protection().unwrap();
+    line.execute(&["132 0, 0, 3"]);
+    open(&mut line).unwrap().set_auto_start(true).unwrap();
     assert_eq!(line.memory(20), old_program());
 }
