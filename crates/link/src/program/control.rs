@@ -164,17 +164,14 @@ impl Programmer<'_> {
         let before = self.state()?;
         let mut in_doubt = false;
         self.insist(step, |host, doubt| {
-            if let Some(doubt) = doubt {
-                host.pass_marker()?;
-                if in_doubt {
-                    let now = host.state()?;
-                    match judge(host, before, now)? {
-                        Performed::Yes => return Ok(()),
-                        Performed::No => {}
-                        Performed::Unknown => {
-                            let State { mode, address, .. } = now;
-                            return Err(TransferError::Unknown { address, mode, doubt }.into());
-                        }
+            if let Some(doubt) = doubt.filter(|_| in_doubt) {
+                let now = host.state()?;
+                match judge(host, before, now)? {
+                    Performed::Yes => return Ok(()),
+                    Performed::No => {}
+                    Performed::Unknown => {
+                        let State { mode, address, .. } = now;
+                        return Err(TransferError::Unknown { address, mode, doubt }.into());
                     }
                 }
             }

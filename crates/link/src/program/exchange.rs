@@ -67,7 +67,6 @@ impl Programmer<'_> {
     }
 
     pub(super) fn wait_for_silence(&mut self, silence: Duration) -> Result<(), TransferError> {
-        self.connection.discard()?;
         for _ in 0..STALE_FRAMES {
             match self.connection.receive(silence) {
                 Ok(None) => break,

@@ -105,6 +105,16 @@ impl FaultyLine {
         self.dead = true;
     }
 
+    /// Lets bytes arrive that nobody has asked for.
+    pub(crate) fn arrive(&mut self, bytes: &[u8]) {
+        self.arrived.extend(bytes);
+    }
+
+    /// Milliseconds since the beginning.
+    pub(crate) fn millis(&self) -> u64 {
+        self.module.now().duration_since_epoch().as_millis()
+    }
+
     /// Executes commands on the module itself, past the line.
     pub(crate) fn execute(&mut self, commands: &[&str]) -> i32 {
         let replies = commands.iter().map(|text| {

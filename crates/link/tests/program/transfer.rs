@@ -7,7 +7,8 @@ use opentmcl_link::program::{
     ATTEMPTS, Doubt, END_MARK, Identity, Programmer, Step, TransferError,
 };
 use opentmcl_link::{Connection, ConnectionError};
-use opentmcl_wire::{Command, Status, mnemonic, serial};
+use opentmcl_wire::serial::{self, FRAME_LEN};
+use opentmcl_wire::{Command, Reply, Status, mnemonic};
 
 use crate::line::{FAULTS, Fault, FaultyLine};
 
@@ -134,6 +135,24 @@ fn any_one_byte_that_slips_in_before_a_reply_does_no_harm() {
             assert_download_survives(Line::Rs485, &[(place, Fault::StrayBeforeReply(stray))]);
         }
     }
+}
+
+#[test]
+fn what_arrived_before_does_not_cost_an_attempt() {
+    let mut line = FaultyLine::new();
+    line.arrive(&[2, 1, 100]);
+    open(&mut line).unwrap();
+    assert_eq!(line.exchanges, 1);
+}
+
+#[test]
+fn a_damaged_request_for_a_command_of_the_program_costs_no_time_out() {
+    // The byte that is left over makes the next request a damaged one, too, unless the line is
+    // silent before it.
+    let mut line = FaultyLine::with_plan(&[(2, Fault::StrayBeforeRequest(1))]);
+    line.store(&program());
+    open(&mut line).unwrap().read(&mut no_progress).unwrap();
+    assert!(line.millis() < 1_000, "{} ms", line.millis());
 }
 
 /// The first reply comes when it is given up, the one to the next request when the first was taken
@@ -277,8 +296,7 @@ fn a_silent_module_is_given_up_after_a_few_attempts_with_what_to_check() {
         assert!(error.help().contains(what), "{}", error.help());
     }
     assert_eq!(line.exchanges, ATTEMPTS as usize);
-    let waited = line.module.now().duration_since_epoch().as_millis();
-    assert!(waited < 4_000, "{waited} ms");
+    assert!(line.millis() < 4_000, "{} ms", line.millis());
 }
 
 #[test]
@@ -339,6 +357,40 @@ fn auto_start_is_set_and_read_back_over_any_fault() {
             assert_eq!(line.execute(&["GGP 77, 0"]), 1);
         }
     }
+}
+
+/// A module that says yes to everything and reads 0.
+#[derive(Default)]
+struct Forgetful {
+    reply: Option<[u8; FRAME_LEN]>,
+}
+
+impl Connection for Forgetful {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ConnectionError> {
+        let reply = Reply { status: Status::OK, number: bytes[1], value: 0 };
+        self.reply = Some(serial::encode_reply(2, 1, reply));
+        Ok(())
+    }
+
+    fn receive(&mut self, _: Duration) -> Result<Option<[u8; FRAME_LEN]>, ConnectionError> {
+        Ok(self.reply.take())
+    }
+
+    fn discard(&mut self) -> Result<(), ConnectionError> {
+        self.reply = None;
+        Ok(())
+    }
+
+    fn timeout(&self) -> Duration {
+        Duration::ZERO
+    }
+}
+
+#[test]
+fn auto_start_that_is_acknowledged_and_not_kept_is_an_error() {
+    let mut line = Forgetful::default();
+    let error = open(&mut line).unwrap().set_auto_start(true).unwrap_err();
+    assert_eq!(error.to_string(), "global parameter 77 was set to 1 and reads 0");
 }
 
 #[test]
