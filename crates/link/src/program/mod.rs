@@ -3,22 +3,25 @@
 //! A line loses and garbles bytes, and a module never asks twice. A [`Programmer`] gets every request
 //! through once, or says that it could not:
 //!
-//! - **Doubt.** No reply, a part of one, a damaged one, or the reply to another command leaves it
-//!   open whether the module has executed the request. A reply with status 1 says that it has not.
+//! - **Doubt.** No reply, a part of one, or a damaged one leaves it open whether the module has
+//!   executed the request. A reply with status 1 says that it has not.
 //! - **Getting into step.** After any of these the line must be silent for a while. The module's
-//!   receiver drops a frame that has begun after 5 ms, and what is late arrives and is dropped here.
-//!   Then a command with another number is exchanged: replies keep their order, so once its reply
-//!   is here, none to an earlier request is on its way any more.
-//! - **Repeating.** Most commands do the same when they are executed twice. Three do not:
+//!   receiver drops a frame that has begun after 5 ms, and what is late arrives here and is dropped.
+//!   Then a command is exchanged whose reply cannot be taken for another: replies keep their order,
+//!   so once it is here, none to an earlier request is on its way any more.
+//! - **Repeating.** Most commands do the same when they are executed twice. Three kinds do not:
 //!   - During a download, a command is stored at the address that follows. Command 132 goes to an
-//!     address, so a stored command is repeated as 132 with its address, then the command: whether
-//!     it has been stored before or not, it is then at its place, and the next one behind it.
+//!     address, so in doubt the download goes back with it: whether the command has been stored
+//!     before or not, it then is at its place, and the next one comes behind it.
 //!   - 129 (run) and 130 (step): before and after, the module is asked where the program stands. See
 //!     [`Programmer::run`] and [`Programmer::step`].
 //!
+//! A reply also is checked for what a checksum of eight bits lets pass: the addresses and the command
+//! number in it, and the value that a module returns of a command that it has stored.
+//!
 //! The state of the program is asked for with command 135 and not with the global parameters that
-//! say the same: a module that somebody left in download mode would store a `GGP` as a part of the
-//! program, while control commands are always executed.
+//! say the same: a module that is in download mode would store a `GGP` as a part of the program,
+//! while control commands are always executed.
 
 mod control;
 mod download;
