@@ -179,8 +179,12 @@ fn act(args: &CommonArgs, action: Action<'_>) -> Result<(), Failure> {
 
 /// The address that a user means.
 fn address(text: &str, program: Option<&Program>) -> Result<u16, Failure> {
-    if let Ok(address) = text.parse() {
-        return Ok(address);
+    if let Ok(number) = text.parse::<i64>() {
+        let address = u16::try_from(number).ok();
+        return address.filter(|address| usize::from(*address) < PROGRAM_LEN).ok_or_else(|| {
+            Failure::usage(format!("address {number} is outside of the memory"))
+                .help(format!("it holds addresses 0 to {}", PROGRAM_LEN - 1))
+        });
     }
     let Some(program) = program else {
         return Err(Failure::usage(format!("{text:?} is not an address"))

@@ -75,6 +75,19 @@ fn a_label_that_is_not_there_is_wrong_usage_and_nothing_is_opened() {
         failure_of(&[&nowhere[..], &["xyz", "--file", source]].concat()),
         (2, "error: the program has no label \"xyz\"\nhelp: it has count, wait\n".into())
     );
+    for address in ["2048", "70000", "-1"] {
+        let at = format!("--at={address}");
+        assert_eq!(
+            failure_of(&["run", "-c", "/dev/no-such-port", &at]),
+            (
+                2,
+                format!(
+                    "error: address {address} is outside of the memory\n\
+                     help: it holds addresses 0 to 2047\n"
+                )
+            )
+        );
+    }
     let (status, errors) = failure_of(&[&nowhere[..], &["wait"]].concat());
     assert_eq!(status, 2);
     assert!(errors.contains("--file"), "{errors}");

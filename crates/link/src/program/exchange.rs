@@ -12,9 +12,12 @@ use crate::connection::ConnectionError;
 /// receiver, for adapters and systems that pass bytes on late. It grows with the attempts.
 pub(super) const SILENCE: Duration = Duration::from_millis(50);
 
-/// What is received at most while waiting for silence or for a reply; on a line that never falls
-/// silent, the attempts show what is wrong.
+/// Frames that are received at most while waiting for silence; on a line that never falls silent the
+/// next attempt shows what is wrong.
 const STALE_FRAMES: usize = 32;
+
+/// Replies that may be late: no more requests are made in all attempts together.
+const LATE_REPLIES: usize = 9;
 
 /// Why an attempt has failed.
 pub(super) enum Failed {
@@ -125,7 +128,7 @@ impl Programmer<'_> {
         self.connection.send(&serial::encode_request(self.address, command))?;
         let timeout = self.connection.timeout();
         let mut doubt = Doubt::Line(ConnectionError::Timeout(timeout));
-        for _ in 0..STALE_FRAMES {
+        for _ in 0..=LATE_REPLIES {
             let Some(frame) = self.connection.receive(timeout)? else { break };
             match read(frame) {
                 Err(late) if is_late(&late) => doubt = late,

@@ -3,4 +3,5 @@
 
 mod control;
 mod line;
+mod noise;
 mod transfer;
