@@ -3,8 +3,11 @@
 mod asm;
 mod check;
 mod conform;
+mod connect;
+mod control;
 mod diagnostics;
 mod disasm;
+mod download;
 mod exec;
 mod failure;
 mod fmt;
@@ -13,9 +16,11 @@ mod lookup;
 mod modules;
 mod output;
 mod program;
+mod progress;
 mod serve;
 mod sources;
 mod terminal;
+mod upload;
 
 use std::process::ExitCode;
 
@@ -48,6 +53,13 @@ enum Command {
     Disasm(disasm::Args),
     Check(check::Args),
     Fmt(fmt::Args),
+    Download(download::Args),
+    Upload(upload::Args),
+    Run(control::RunArgs),
+    Stop(control::StopArgs),
+    Step(control::StepArgs),
+    Reset(control::ResetArgs),
+    Status(control::StatusArgs),
     Conform(conform::Args),
 }
 
@@ -60,6 +72,13 @@ fn main() -> ExitCode {
         Command::Disasm(args) => failure::exit_code(disasm::run(&args)),
         Command::Check(args) => failure::exit_code(check::run(&args)),
         Command::Fmt(args) => failure::exit_code(fmt::run(&args)),
+        Command::Download(args) => failure::exit_code(download::run(&args)),
+        Command::Upload(args) => failure::exit_code(upload::run(&args)),
+        Command::Run(args) => failure::exit_code(control::run(&args)),
+        Command::Stop(args) => failure::exit_code(control::stop(&args)),
+        Command::Step(args) => failure::exit_code(control::step(&args)),
+        Command::Reset(args) => failure::exit_code(control::reset(&args)),
+        Command::Status(args) => failure::exit_code(control::status(&args)),
         Command::Conform(args) => conform::run(args),
     }
 }

@@ -5,6 +5,8 @@ mod asm;
 mod check;
 mod common;
 mod disasm;
+mod control;
+mod download;
 mod exec;
 mod fmt;
 mod lab;
