@@ -6,7 +6,10 @@ mod failure;
 mod local;
 mod lookup;
 mod modules;
+mod plot;
+mod program;
 mod serve;
+mod sim;
 
 use std::process::ExitCode;
 
@@ -26,6 +29,7 @@ const EXAMPLES: &str = "\
 Examples:
   tmcl serve tmcm-6214                          a virtual module for any TMCL client
   tmcl exec -c virtual:tmcm-6214 'GAP 5, 0'     one command, one reply
+  tmcl sim sorter.tmc -m tmcm-6214              what a program does, in virtual time
   tmcl modules tmcm-6214                        everything that the module has";
 
 #[derive(Subcommand)]
@@ -33,6 +37,7 @@ enum Command {
     Modules(modules::Args),
     Serve(serve::Args),
     Exec(exec::Args),
+    Sim(sim::Args),
     Conform(conform::Args),
 }
 
@@ -41,6 +46,7 @@ fn main() -> ExitCode {
         Command::Modules(args) => failure::exit_code(modules::run(&args)),
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
+        Command::Sim(args) => failure::exit_code(sim::run(&args)),
         Command::Conform(args) => conform::run(args),
     }
 }

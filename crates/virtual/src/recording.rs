@@ -39,8 +39,8 @@ pub struct Sample {
 ///     module.advance_to(recorder.due());
 ///     positions.push(recorder.take(&mut module).positions[0]);
 /// }
-/// // 51107 pps² after 10 and 20 ms: 2.6 and 10.2 microsteps.
-/// assert_eq!(positions, [0, 2, 10]);
+/// // With 51107 pps² the way is 2.6 microsteps after 10 ms and 10.2 after 20 ms.
+/// assert_eq!(positions, [0, 3, 10]);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Recorder {
@@ -77,8 +77,7 @@ impl Recorder {
 
     /// When the next sample is due. Each is rounded for itself, so that no rate drifts.
     pub fn due(&self) -> Instant {
-        let clocks =
-            u128::from(self.taken) * u128::from(self.clocks) / u128::from(self.per);
+        let clocks = u128::from(self.taken) * u128::from(self.clocks) / u128::from(self.per);
         self.start + Duration::from_ticks(u64::try_from(clocks).unwrap_or(u64::MAX))
     }
 
