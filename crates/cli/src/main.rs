@@ -1,6 +1,8 @@
 //! The program `tmcl`: one file per subcommand, each as thin as it can be.
 
+mod asm;
 mod conform;
+mod diagnostics;
 mod exec;
 mod failure;
 mod local;
@@ -10,6 +12,7 @@ mod plot;
 mod program;
 mod serve;
 mod sim;
+mod sources;
 
 use std::process::ExitCode;
 
@@ -37,6 +40,7 @@ enum Command {
     Modules(modules::Args),
     Serve(serve::Args),
     Exec(exec::Args),
+    Asm(asm::Args),
     Sim(sim::Args),
     Conform(conform::Args),
 }
@@ -46,6 +50,7 @@ fn main() -> ExitCode {
         Command::Modules(args) => failure::exit_code(modules::run(&args)),
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
+        Command::Asm(args) => failure::exit_code(asm::run(&args)),
         Command::Sim(args) => failure::exit_code(sim::run(&args)),
         Command::Conform(args) => conform::run(args),
     }

@@ -1,11 +1,14 @@
-//! Stand-in: a program with one mnemonic per line, `label:` lines, or a binary.
+//! A TMCL program from a file: source or binary.
 
 use std::path::{Path, PathBuf};
 
 use opentmcl_catalog::Module;
-use opentmcl_wire::{Command, mnemonic};
+use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, encoding};
+use opentmcl_wire::Command;
 
+use crate::diagnostics;
 use crate::failure::Failure;
+use crate::sources::{self, Disk};
 
 /// Options of every subcommand that takes a program.
 #[derive(clap::Args)]
@@ -18,69 +21,100 @@ pub(crate) struct SourceArgs {
     pub(crate) no_stop: bool,
 }
 
+/// A program that can be executed.
 pub(crate) struct Program {
+    /// The commands from address 0.
     pub(crate) commands: Vec<Command>,
-    file: String,
-    lines: Vec<(u32, String)>,
-    labels: Vec<(String, u16)>,
+    /// Where they come from; none for a binary.
+    pub(crate) assembly: Option<Assembly>,
 }
 
+/// A line of a program's source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Place<'a> {
+    /// The file's name.
     pub(crate) file: &'a str,
+    /// The line, from 1.
     pub(crate) line: u32,
+    /// What stands there, without the blanks around it.
     pub(crate) text: &'a str,
 }
 
+/// Reads a program and prints to standard error what is wrong or doubtful in its source; fails when
+/// it cannot be read or has errors. With a module, it is checked against its catalogue, too.
 pub(crate) fn load(
     file: &Path,
-    _args: &SourceArgs,
-    _module: Option<&'static Module>,
+    args: &SourceArgs,
+    module: Option<&'static Module>,
 ) -> Result<Program, Failure> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|error| Failure::new(format!("{}: {error}", file.display())))?;
-    let (mut commands, mut lines, mut labels) = (Vec::new(), Vec::new(), Vec::new());
-    for (number, line) in (1..).zip(text.lines()) {
-        let code = line.split("//").next().unwrap_or_default().trim();
-        if let Some(label) = code.strip_suffix(':') {
-            labels.push((label.to_owned(), commands.len() as u16));
-        }
+    let bytes = sources::read(file)?;
+    if is_binary(file) {
+        return Ok(Program { commands: decode(file, &bytes)?, assembly: None });
     }
-    let mut at = 0;
-    labels.clear();
-    for line in text.lines() {
-        let code = line.split("//").next().unwrap_or_default().trim();
-        if let Some(label) = code.strip_suffix(':') {
-            labels.push((label.to_owned(), at));
-        } else if !code.is_empty() {
-            at += 1;
-        }
+    let assembly = assembly(file, &bytes, args);
+    let findings = findings(&assembly, module);
+    // What is merely worth knowing is told by `tmcl check`.
+    let told: Vec<_> =
+        findings.iter().filter(|finding| finding.severity() > Severity::Hint).collect();
+    diagnostics::print(&assembly, &told);
+    if told.iter().any(|finding| finding.severity() == Severity::Error) {
+        let summary = diagnostics::Summary::of(told.iter().copied());
+        return Err(Failure::new(format!("{}: {summary}", sources::shown(file))));
     }
-    for (number, line) in (1..).zip(text.lines()) {
-        let mut code = line.split("//").next().unwrap_or_default().trim().to_owned();
-        if code.is_empty() || code.ends_with(':') {
-            continue;
-        }
-        for (label, at) in &labels {
-            if let Some(rest) = code.strip_suffix(label.as_str()) {
-                code = format!("{rest}{at}");
-                break;
-            }
-        }
-        let command = mnemonic::parse(&code)
-            .map_err(|error| Failure::new(format!("{}:{number}: {error}", file.display())))?;
-        commands.push(command);
-        lines.push((number, line.trim().to_owned()));
+    Ok(Program { commands: assembly.commands().collect(), assembly: Some(assembly) })
+}
+
+/// Whether a file's name says that it holds the assembled program.
+pub(crate) fn is_binary(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bin"))
+}
+
+/// Assembles a source.
+pub(crate) fn assembly(file: &Path, bytes: &[u8], args: &SourceArgs) -> Assembly {
+    let (text, _) = encoding::decode(bytes);
+    let mut disk = Disk::new(file, &args.include);
+    let options = Options { append_stop: !args.no_stop };
+    assemble(&sources::shown(file), text, &mut disk, options)
+}
+
+/// What is wrong or doubtful in a program.
+pub(crate) fn findings(assembly: &Assembly, _module: Option<&'static Module>) -> Vec<Diagnostic> {
+    assembly.diagnostics.clone()
+}
+
+/// The commands of a binary.
+pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
+    let mut commands = Vec::with_capacity(bytes.len() / 8);
+    for (number, record) in bytes.chunks(8).enumerate() {
+        let &[opcode, kind, motor, a, b, c, d, _] = record else {
+            let shown = sources::shown(file);
+            return Err(Failure::new(format!("{shown}: record {number} is not complete")));
+        };
+        commands.push(Command::new(opcode, kind, motor, i32::from_be_bytes([a, b, c, d])));
     }
-    Ok(Program { commands, file: file.display().to_string(), lines, labels })
+    Ok(commands)
 }
 
 impl Program {
+    /// The line of the command at an address.
     pub(crate) fn place(&self, address: u16) -> Option<Place<'_>> {
-        let (line, text) = self.lines.get(usize::from(address))?;
-        Some(Place { file: &self.file, line: *line, text })
+        let assembly = self.assembly.as_ref()?;
+        let place = assembly.instructions.get(usize::from(address))?.place?;
+        let file = assembly.file(place.file);
+        let span = file.tree.line_span(assembly.line(place)?);
+        let text = span.of(file.tree.text()).trim();
+        Some(Place { file: &file.name, line: place.line + 1, text })
     }
 
+    /// The address of a label, in any case.
+    pub(crate) fn label(&self, name: &str) -> Option<u16> {
+        self.assembly.as_ref()?.label(name)?.address.try_into().ok()
+    }
+
+    /// All labels with their addresses, in order of address.
     pub(crate) fn labels(&self) -> impl Iterator<Item = (&str, u16)> {
-        self.labels.iter().map(|(name, at)| (name.as_str(), *at))
+        // The assembler meets them in this order.
+        let labels = self.assembly.iter().flat_map(Assembly::labels);
+        labels.filter_map(|label| Some((label.name, label.address.try_into().ok()?)))
     }
 }

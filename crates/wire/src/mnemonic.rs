@@ -7,7 +7,7 @@
 use core::fmt;
 
 use crate::Command;
-use crate::opcode::{self, Field, Form, Operand};
+use crate::opcode::{self, Field, Form, Meaning, Operand};
 
 /// Why a line is not a command; each says which part and what would be right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,26 +114,26 @@ pub fn parse(line: &str) -> Result<Command, ParseError<'_>> {
         return parse_raw(number, rest);
     }
     let form = opcode::form_by_mnemonic(name).ok_or(ParseError::UnknownMnemonic(name))?;
-    let found = operands(rest).count();
-    if found != form.operands.len() && !may_leave_out_operand(form, rest, found) {
-        return Err(ParseError::OperandCount { form, found });
-    }
     let mut command = Command::new(form.opcode.number(), 0, 0, 0);
-    for (text, &operand) in operands(rest).zip(form.operands) {
+    let surplus = form.surplus();
+    for (text, &operand) in operands(rest).zip(form.operands.iter().chain(&surplus)) {
         fill(&mut command, text, operand)?;
+    }
+    let wanted = form.operands.len();
+    let found = operands(rest).count();
+    let ends_early = found + 1 == wanted && form.may_end_early(command.kind);
+    let has_surplus = found == wanted + 1 && surplus.is_some();
+    if found != wanted && !ends_early && !has_surplus {
+        return Err(ParseError::OperandCount { form, found });
     }
     Ok(command)
 }
 
-/// `CALC NOT` needs no second operand; every other operation does.
-fn may_leave_out_operand(form: &Form, rest: &str, found: usize) -> bool {
-    form.opcode == crate::Opcode::Calc && found == 1 && rest.trim().eq_ignore_ascii_case("NOT")
-}
-
-const RAW_OPERANDS: [Operand; 3] = [
-    Operand { name: "type", field: Field::Kind, words: &[] },
-    Operand { name: "motor", field: Field::Motor, words: &[] },
-    Operand { name: "value", field: Field::Value, words: &[] },
+/// The operands of a command that is written as a number.
+pub const RAW_OPERANDS: [Operand; 3] = [
+    Operand { name: "type", meaning: Meaning::Number, field: Field::Kind, words: &[] },
+    Operand { name: "motor", meaning: Meaning::Number, field: Field::Motor, words: &[] },
+    Operand { name: "value", meaning: Meaning::Number, field: Field::Value, words: &[] },
 ];
 
 fn parse_raw(number: u8, rest: &str) -> Result<Command, ParseError<'_>> {
@@ -243,6 +243,13 @@ mod tests {
         reads("CALL LT, 100", [80, 6, 0, 0, 0, 0, 100]);
         reads("SAPX 4, 51200", [16, 4, 0, 0, 0, 0xC8, 0]);
         reads("RSUB", [24, 0, 0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn operands_without_a_meaning_may_be_left_out_or_written() {
+        reads("CALC NOT", [19, 8, 0, 0, 0, 0, 0]);
+        reads("CALC NOT, 0", [19, 8, 0, 0, 0, 0, 0]);
+        reads("GCO 0, 255, 0", [31, 0, 255, 0, 0, 0, 0]);
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! The commands of the language: number, mnemonic and the place of each operand.
 //!
 //! One table, [`FORMS`], says it for reading and writing text, for the catalogue's checks and for
-//! whoever explains a command to a user. Source: firmware manual 3.4, 3.5.7 and 3.6; the errata
-//! for CALL, GIV and AIV.
+//! whoever explains a command to a user. It holds the commands of all modules; which of them a module
+//! knows, the catalogue says. Source: firmware manual 3.4, 3.5.7 and 3.6; the errata for CALL, GIV
+//! and AIV; STAP, RSAP and SAC from the manuals of older modules.
 
 /// Which field of a [`crate::Command`] an operand fills.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,11 +16,46 @@ pub enum Field {
     Value,
 }
 
+/// What the number in an operand counts, so that a tool can look it up for a module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Meaning {
+    /// One of the operand's words.
+    Choice,
+    /// An axis; with MVP COORD a set of them.
+    Axis,
+    /// A bank of global parameters or of ports.
+    Bank,
+    /// An axis parameter.
+    AxisParameter,
+    /// A global parameter of the bank in the bank operand.
+    GlobalParameter,
+    /// An input or output of the bank in the bank operand.
+    Port,
+    /// A coordinate.
+    Coordinate,
+    /// An interrupt.
+    Interrupt,
+    /// A user variable.
+    Variable,
+    /// An address in the program, written as a label.
+    Address,
+    /// A time in steps of 10 ms.
+    Ticks,
+    /// A speed.
+    Velocity,
+    /// A position, a distance, or with MVP COORD a coordinate.
+    Position,
+    /// Whatever the command makes of it.
+    Number,
+}
+
 /// One operand of a command's mnemonic form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Operand {
     /// What the operand means, one or two words.
     pub name: &'static str,
+    /// What its number counts.
+    pub meaning: Meaning,
     /// The field it fills.
     pub field: Field,
     /// Keywords that may be written instead of a number, each with its number.
@@ -37,12 +73,12 @@ pub struct Form {
     pub operands: &'static [Operand],
 }
 
-const fn operand(name: &'static str, field: Field) -> Operand {
-    Operand { name, field, words: &[] }
+const fn operand(name: &'static str, field: Field, meaning: Meaning) -> Operand {
+    Operand { name, meaning, field, words: &[] }
 }
 
 const fn choice(name: &'static str, words: &'static [(&'static str, u8)]) -> Operand {
-    Operand { name, field: Field::Kind, words }
+    Operand { name, meaning: Meaning::Choice, field: Field::Kind, words }
 }
 
 const MOVES: Operand = choice("kind of move", &[("ABS", 0), ("REL", 1), ("COORD", 2)]);
@@ -86,20 +122,23 @@ const OPERATION: Operand = choice(
         ("COMP", 11),
     ],
 );
-const MOTOR: Operand = operand("motor", Field::Motor);
-const BANK: Operand = operand("bank", Field::Motor);
-const PARAMETER: Operand = operand("parameter", Field::Kind);
-const PORT: Operand = operand("port", Field::Kind);
-const COORDINATE: Operand = operand("coordinate", Field::Kind);
-const INTERRUPT: Operand = operand("interrupt", Field::Kind);
-const VELOCITY: Operand = operand("velocity", Field::Value);
-const POSITION: Operand = operand("position", Field::Value);
-const VALUE: Operand = operand("value", Field::Value);
-const ADDRESS: Operand = operand("address", Field::Value);
-const TICKS: Operand = operand("ticks", Field::Value);
-const VARIABLE: Operand = operand("variable", Field::Motor);
-const SECOND_VARIABLE: Operand = operand("variable", Field::Value);
-const COUNTER: Operand = operand("variable", Field::Kind);
+const MOTOR: Operand = operand("motor", Field::Motor, Meaning::Axis);
+const BANK: Operand = operand("bank", Field::Motor, Meaning::Bank);
+const AXIS_PARAMETER: Operand = operand("parameter", Field::Kind, Meaning::AxisParameter);
+const GLOBAL_PARAMETER: Operand = operand("parameter", Field::Kind, Meaning::GlobalParameter);
+const PORT: Operand = operand("port", Field::Kind, Meaning::Port);
+const COORDINATE: Operand = operand("coordinate", Field::Kind, Meaning::Coordinate);
+const INTERRUPT: Operand = operand("interrupt", Field::Kind, Meaning::Interrupt);
+const VELOCITY: Operand = operand("velocity", Field::Value, Meaning::Velocity);
+const POSITION: Operand = operand("position", Field::Value, Meaning::Position);
+const VALUE: Operand = operand("value", Field::Value, Meaning::Number);
+const ADDRESS: Operand = operand("address", Field::Value, Meaning::Address);
+const TICKS: Operand = operand("ticks", Field::Value, Meaning::Ticks);
+const VARIABLE: Operand = operand("variable", Field::Motor, Meaning::Variable);
+const SECOND_VARIABLE: Operand = operand("variable", Field::Value, Meaning::Variable);
+const COUNTER: Operand = operand("variable", Field::Kind, Meaning::Variable);
+const BUS: Operand = operand("bus", Field::Kind, Meaning::Number);
+const LENGTH: Operand = operand("length", Field::Motor, Meaning::Number);
 
 macro_rules! commands {
     ($($(#[$doc:meta])* $name:ident = $number:literal $mnemonic:literal [$($operand:expr),*];)*) => {
@@ -137,17 +176,21 @@ commands! {
     /// Move to position.
     Mvp = 4 "MVP" [MOVES, MOTOR, POSITION];
     /// Set axis parameter.
-    Sap = 5 "SAP" [PARAMETER, MOTOR, VALUE];
+    Sap = 5 "SAP" [AXIS_PARAMETER, MOTOR, VALUE];
     /// Get axis parameter.
-    Gap = 6 "GAP" [PARAMETER, MOTOR];
+    Gap = 6 "GAP" [AXIS_PARAMETER, MOTOR];
+    /// Store axis parameter.
+    Stap = 7 "STAP" [AXIS_PARAMETER, MOTOR];
+    /// Restore axis parameter.
+    Rsap = 8 "RSAP" [AXIS_PARAMETER, MOTOR];
     /// Set global parameter.
-    Sgp = 9 "SGP" [PARAMETER, BANK, VALUE];
+    Sgp = 9 "SGP" [GLOBAL_PARAMETER, BANK, VALUE];
     /// Get global parameter.
-    Ggp = 10 "GGP" [PARAMETER, BANK];
+    Ggp = 10 "GGP" [GLOBAL_PARAMETER, BANK];
     /// Store global parameter.
-    Stgp = 11 "STGP" [PARAMETER, BANK];
+    Stgp = 11 "STGP" [GLOBAL_PARAMETER, BANK];
     /// Restore global parameter.
-    Rsgp = 12 "RSGP" [PARAMETER, BANK];
+    Rsgp = 12 "RSGP" [GLOBAL_PARAMETER, BANK];
     /// Reference search.
     Rfs = 13 "RFS" [SEARCH, MOTOR];
     /// Set output.
@@ -155,11 +198,11 @@ commands! {
     /// Get input.
     Gio = 15 "GIO" [PORT, BANK];
     /// Set axis parameter, axis in X.
-    Sapx = 16 "SAPX" [PARAMETER, VALUE];
+    Sapx = 16 "SAPX" [AXIS_PARAMETER, VALUE];
     /// Get axis parameter, axis in X.
-    Gapx = 17 "GAPX" [PARAMETER];
+    Gapx = 17 "GAPX" [AXIS_PARAMETER];
     /// Accumulator to axis parameter, axis in X.
-    Aapx = 18 "AAPX" [PARAMETER];
+    Aapx = 18 "AAPX" [AXIS_PARAMETER];
     /// Calculate with accumulator and constant.
     Calc = 19 "CALC" [OPERATION, VALUE];
     /// Compare accumulator with constant.
@@ -180,6 +223,8 @@ commands! {
     Wait = 27 "WAIT" [WAIT, MOTOR, TICKS];
     /// End of program.
     Stop = 28 "STOP" [];
+    /// Access to the SPI bus of older modules.
+    Sac = 29 "SAC" [BUS, LENGTH, VALUE];
     /// Set coordinate.
     Sco = 30 "SCO" [COORDINATE, MOTOR, POSITION];
     /// Get coordinate.
@@ -189,9 +234,9 @@ commands! {
     /// Calculate with accumulator and X.
     Calcx = 33 "CALCX" [OPERATION];
     /// Accumulator to axis parameter.
-    Aap = 34 "AAP" [PARAMETER, MOTOR];
+    Aap = 34 "AAP" [AXIS_PARAMETER, MOTOR];
     /// Accumulator to global parameter.
-    Agp = 35 "AGP" [PARAMETER, BANK];
+    Agp = 35 "AGP" [GLOBAL_PARAMETER, BANK];
     /// Clear error flags.
     Cle = 36 "CLE" [FLAG];
     /// Define interrupt vector.
@@ -263,6 +308,24 @@ impl Opcode {
     }
 }
 
+impl Form {
+    /// An operand that may be written behind the others and means nothing: the manual itself writes
+    /// `GCO 0, 255, 0` (3.6.23).
+    pub const fn surplus(&self) -> Option<Operand> {
+        match self.opcode {
+            Opcode::Gco => Some(VALUE),
+            _ => None,
+        }
+    }
+
+    /// Whether the last operand may be left out although there is one: that of `CALC NOT`, where
+    /// `kind` is the type field that the first operand gives.
+    pub const fn may_end_early(&self, kind: u8) -> bool {
+        const NOT: u8 = 8;
+        matches!(self.opcode, Opcode::Calc) && kind == NOT
+    }
+}
+
 /// The form of the command with this number, if it has a mnemonic.
 pub fn form(number: u8) -> Option<&'static Form> {
     FORMS
@@ -289,6 +352,6 @@ mod tests {
             assert_eq!(Opcode::from_number(entry.opcode.number()), Some(entry.opcode));
         }
         assert_eq!(form(0), None);
-        assert_eq!(form_by_mnemonic("STAP"), None);
+        assert_eq!(form_by_mnemonic("RET"), None);
     }
 }

@@ -23,27 +23,26 @@ pub(super) struct Row {
 /// Place, labels and text of each command.
 pub(super) struct Listing {
     rows: Vec<Row>,
+    has_source: bool,
 }
 
 impl Listing {
     pub(super) fn new(program: &Program) -> Self {
-        let main = program.place(0).map(|place| place.file.to_owned());
-        let mut rows: Vec<Row> = (0..)
-            .zip(&program.commands)
-            .map(|(address, command)| match program.place(address) {
-                None => Row { text: command.to_string(), ..Row::default() },
-                Some(place) if main.as_deref() == Some(place.file) => Row {
-                    place: place.line.to_string(),
-                    text: bare(place.text, *command),
-                    ..Row::default()
-                },
-                Some(place) => Row {
-                    place: format!("{}:{}", place.file, place.line),
-                    text: bare(place.text, *command),
-                    ..Row::default()
-                },
-            })
-            .collect();
+        let main = program.assembly.as_ref().and_then(|assembly| assembly.files.first());
+        let main = main.map_or("", |file| &file.name);
+        let row = |(address, &command): (u16, &Command)| Row {
+            place: match program.place(address) {
+                Some(place) if place.file == main => place.line.to_string(),
+                Some(place) => format!("{}:{}", place.file, place.line),
+                None => String::new(),
+            },
+            label: String::new(),
+            text: match statement(program, address) {
+                Some(statement) => shortened(statement),
+                None => command.to_string(),
+            },
+        };
+        let mut rows: Vec<Row> = (0..).zip(&program.commands).map(row).collect();
         for (name, address) in program.labels() {
             if let Some(row) = rows.get_mut(usize::from(address)) {
                 if !row.label.is_empty() {
@@ -52,7 +51,7 @@ impl Listing {
                 row.label.push_str(name);
             }
         }
-        Self { rows }
+        Self { rows, has_source: program.assembly.is_some() }
     }
 
     pub(super) fn rows(&self) -> impl Iterator<Item = &Row> {
@@ -72,30 +71,29 @@ impl Listing {
         self.rows.get(usize::from(address)).map_or("", |row| &row.label)
     }
 
-    /// `line 12`, `line gripper.inc:12` or, for a binary, `address 7`.
+    /// `line 12`, `line gripper.inc:12`, or `address 7` for a binary and behind the source's end.
     pub(super) fn place(&self, address: u16) -> String {
         match self.rows.get(usize::from(address)) {
             Some(row) if !row.place.is_empty() => format!("line {}", row.place),
+            Some(_) if self.has_source => format!("address {address}, added by the assembler"),
             _ => format!("address {address}"),
         }
     }
 }
 
-/// A source line without its label and comments; the command itself if nothing is left, as for one
-/// that the assembler added.
-fn bare(line: &str, command: Command) -> String {
-    let code = line.split("//").next().unwrap_or_default().trim();
-    let code = match code.split_once(':') {
-        Some((label, rest)) if !label.contains(char::is_whitespace) => rest.trim(),
-        _ => code,
-    };
-    if code.is_empty() {
-        return command.to_string();
+/// A command as it is written, without label and comment.
+fn statement(program: &Program, address: u16) -> Option<&str> {
+    let assembly = program.assembly.as_ref()?;
+    let place = assembly.instructions.get(usize::from(address))?.place?;
+    let tree = &assembly.file(place.file).tree;
+    Some(tree.statement_span(assembly.line(place)?).of(tree.text()))
+}
+
+/// A text on one line with single blanks, cut where it would be too long.
+fn shortened(text: &str) -> String {
+    let text: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    if text.chars().count() <= LONGEST_TEXT {
+        return text;
     }
-    let mut text: String = code.split_whitespace().collect::<Vec<_>>().join(" ");
-    if text.chars().count() > LONGEST_TEXT {
-        text = text.chars().take(LONGEST_TEXT - 1).collect();
-        text.push('…');
-    }
-    text
+    text.chars().take(LONGEST_TEXT - 1).chain(['…']).collect()
 }

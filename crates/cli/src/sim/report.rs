@@ -40,12 +40,14 @@ fn end(summary: &Summary) -> Vec<(bool, String)> {
     let End { reason, time_s, place, command, waiting, .. } = &summary.end;
     let at = seconds(*time_s);
     let first = match reason {
-        Reason::Stop => format!("STOP in {place} after {at}"),
-        Reason::NoStop => format!("no STOP: the program ran past its end at {place} after {at}"),
-        Reason::JumpOutside => {
-            format!("jump to where there is no program, {place} ({command}), after {at}")
+        Reason::Stop => format!("STOP at {place}, after {at}"),
+        Reason::NoStop => {
+            format!("none with STOP: the program ran past its end at {place}, after {at}")
         }
-        Reason::TimeUp => format!("none: time up after {at}, in {place}: {command}"),
+        Reason::JumpOutside => {
+            format!("jump out of program memory at {place}, {command}, after {at}")
+        }
+        Reason::TimeUp => format!("none, time up after {at}: at {place}, {command}"),
     };
     let mut lines = vec![(true, first)];
     if let Some(Waiting { since_s, until, may_end }) = waiting {
@@ -62,7 +64,7 @@ fn end(summary: &Summary) -> Vec<(bool, String)> {
         }
         if turning.is_empty() && summary.duration_s > *time_s {
             let rest = seconds(summary.duration_s);
-            lines.push((false, format!("motion went on, at rest after {rest}")));
+            lines.push((false, format!("motion went on and came to rest after {rest}")));
         }
     }
     lines

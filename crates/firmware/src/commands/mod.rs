@@ -116,6 +116,8 @@ impl<B: Board> Module<B> {
                 let done = interpreter::calculate(&mut self.cpu, &mut self.variables, command);
                 done.unwrap_or(Err(Status::INVALID_COMMAND)).map(|()| Outcome::Done)
             }
+            // Commands of other modules, which no catalogue here names yet.
+            Opcode::Stap | Opcode::Rsap | Opcode::Sac => Err(Status::INVALID_COMMAND),
             // A host has no program counter to change; user functions are the customer's own.
             Opcode::Jc
             | Opcode::Ja

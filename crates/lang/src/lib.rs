@@ -1,0 +1,44 @@
+//! TMCL as a language: text in, values out.
+//!
+//! Nothing here reads a file, prints or fails: every text has a tree, every tree an assembly, and
+//! what is wrong is a list of values ([`Diagnostic`]). Whoever has files, a terminal or an editor
+//! brings them along.
+//!
+//! - [`encoding`], [`span`]: bytes to text; places in a text.
+//! - [`token`], [`tree`]: text to a lossless [`tree::Tree`].
+//! - [`assemble()`]: trees and included files to an [`Assembly`].
+//! - [`include`], [`builtin`]: where included files come from.
+//!
+//! ```
+//! use opentmcl_lang::{Options, assemble, include::BuiltInOnly};
+//!
+//! let text = "Speed = 2 * 25600\nLoop: ROR 0, Speed\n  JA loop // for ever";
+//! let assembly = assemble("spin.tmc", text, &mut BuiltInOnly, Options::default());
+//! assert!(assembly.is_valid());
+//! let commands: Vec<String> = assembly.commands().map(|command| command.to_string()).collect();
+//! assert_eq!(commands, ["ROR 0, 51200", "JA 0", "STOP"]);
+//! ```
+#![forbid(unsafe_code)]
+
+mod assemble;
+mod assembly;
+pub mod builtin;
+mod constants;
+pub mod diagnostic;
+mod encode;
+pub mod encoding;
+pub mod expression;
+pub mod include;
+pub mod mnemonic;
+mod names;
+mod number;
+mod parse;
+pub mod span;
+mod suggest;
+pub mod token;
+pub mod tree;
+
+pub use assemble::{Options, assemble};
+pub use assembly::{Assembly, ConstantValue, File, Instruction, Label, Place};
+pub use diagnostic::{Code, Diagnostic, FileId, Fix, Location, Severity};
+pub use parse::MAX_TEXT;
