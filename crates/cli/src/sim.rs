@@ -3,6 +3,7 @@
 mod listing;
 mod options;
 mod picture;
+mod ports;
 mod record;
 mod report;
 mod run;
@@ -14,7 +15,7 @@ mod trace;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
-use opentmcl_catalog::{Module, PortBehaviour};
+use opentmcl_catalog::Module;
 use opentmcl_virtual::Options;
 use opentmcl_wire::{Command, Duration, Opcode};
 
@@ -153,11 +154,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 /// What is to be so when the program starts.
 fn set_up(run: &mut Run, model: &'static Module, args: &Args) -> Result<(), Failure> {
     for &(number, level) in &args.input {
-        let input = input(model, 0, number, PortBehaviour::DigitalInput)?;
+        let input = ports::digital_input(model, number)?;
         run.module.set_digital_input(input.index, level);
     }
     for &(number, reading) in &args.analog {
-        let input = input(model, 1, number, PortBehaviour::AnalogInput)?;
+        let input = ports::analog_input(model, number)?;
         if i32::from(reading) > input.max {
             return Err(Failure::usage(format!(
                 "analog input {number} cannot read {reading}; write 0 to {}",
@@ -172,21 +173,4 @@ fn set_up(run: &mut Run, model: &'static Module, args: &Args) -> Result<(), Fail
         run::execute(&mut run.module, command)?;
     }
     Ok(())
-}
-
-/// The input that GIO reads under this number; the failure lists those that there are.
-fn input(
-    model: &'static Module,
-    bank: u8,
-    number: u8,
-    behaviour: PortBehaviour,
-) -> Result<&'static opentmcl_catalog::Port, Failure> {
-    let inputs =
-        || model.ports.iter().filter(move |row| row.bank == bank && row.behaviour == behaviour);
-    inputs().find(|row| row.number == number).ok_or_else(|| {
-        let numbers: Vec<String> = inputs().map(|row| row.number.to_string()).collect();
-        let kind = if bank == 0 { "digital" } else { "analog" };
-        Failure::usage(format!("the {} has no {kind} input {number}", model.title))
-            .help(format!("its {kind} inputs are {}", numbers.join(", ")))
-    })
 }

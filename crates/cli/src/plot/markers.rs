@@ -59,9 +59,13 @@ pub(super) fn place<'a>(markers: &'a [Marker], time: &TimeScale, over: Span) -> 
 impl Placed<'_> {
     /// Draws the names from `top` on, and the lines of the moments down to `bottom`.
     pub(super) fn draw(&self, svg: &mut Svg, top: i64, bottom: i64) {
+        let mut last_x = None;
         for (marker, place) in &self.markers {
             let from = top + self.line_height * i64::try_from(place.line).unwrap_or(0);
-            svg.line("moment", (place.x, from), (place.x, bottom));
+            // The line of an earlier one begins higher.
+            if last_x.replace(place.x) != Some(place.x) {
+                svg.line("moment", (place.x, from), (place.x, bottom));
+            }
             let (x, class, meaning_class) = if place.is_left {
                 (place.x - GAP, "command-right", "right")
             } else {

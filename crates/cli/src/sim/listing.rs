@@ -12,6 +12,8 @@ const LONGEST_TEXT: usize = 48;
 /// One command of the program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Row {
+    /// File and line; none for a binary and for what the assembler has added.
+    source: Option<(String, u32)>,
     /// `12`, or `gripper.inc:12` for a line of an included file; empty for a binary.
     pub(super) place: String,
     /// Labels of this address.
@@ -31,6 +33,7 @@ impl Listing {
         let main = program.assembly.as_ref().and_then(|assembly| assembly.files.first());
         let main = main.map_or("", |file| &file.name);
         let row = |(address, &command): (u16, &Command)| Row {
+            source: program.place(address).map(|place| (place.file.to_owned(), place.line)),
             place: match program.place(address) {
                 Some(place) if place.file == main => place.line.to_string(),
                 Some(place) => format!("{}:{}", place.file, place.line),
@@ -69,6 +72,11 @@ impl Listing {
     /// Labels of an address; empty if it has none.
     pub(super) fn label(&self, address: u16) -> &str {
         self.rows.get(usize::from(address)).map_or("", |row| &row.label)
+    }
+
+    /// File and line of an address, if it has any.
+    pub(super) fn source(&self, address: u16) -> Option<(String, u32)> {
+        self.rows.get(usize::from(address))?.source.clone()
     }
 
     /// `line 12`, `line gripper.inc:12`, or `address 7` for a binary and behind the source's end.

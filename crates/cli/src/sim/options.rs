@@ -72,6 +72,7 @@ mod tests {
         assert_eq!(ticks("500ms"), 8_000_000);
         assert_eq!(ticks("10s"), 160_000_000);
         assert_eq!(ticks("0.5 s"), 8_000_000);
+        assert_eq!(ticks("1.5s"), 24_000_000);
         assert_eq!(ticks("2min"), 1_920_000_000);
         assert_eq!(ticks("1h"), 57_600_000_000);
     }
@@ -82,6 +83,5 @@ mod tests {
         {
             assert!(parse_time(text).is_err(), "{text}");
         }
-        assert_eq!(parse_time("1.5s").map(Duration::as_ticks), Ok(24_000_000));
     }
 }

@@ -5,7 +5,7 @@ use opentmcl_virtual::{Event, Recorder, VirtualModule};
 use opentmcl_wire::{Duration, Instant, Opcode};
 
 use super::listing::Listing;
-use super::record;
+use super::ports;
 use super::run::{Observer, Run};
 use crate::failure::Failure;
 use crate::plot::{Curve, Marker, Marks, Panel, Plot, Row};
@@ -76,15 +76,15 @@ impl<'a> Picture<'a> {
             };
             moved.iter().map(curve).collect()
         };
-        let mut panels = vec![
-            Panel::Curves { quantity: "speed", unit: "pps", curves: curves(|s| &s.speeds) },
-            Panel::Curves {
-                quantity: "position",
-                unit: "microsteps",
-                curves: curves(|s| &s.positions),
-            },
-        ];
+        let mut panels = Vec::new();
         let rows = self.output_rows(run);
+        if !moved.is_empty() || rows.is_empty() {
+            let (speed, position) = (curves(|s| &s.speeds), curves(|s| &s.positions));
+            panels = vec![
+                Panel::Curves { quantity: "speed", unit: "pps", curves: speed },
+                Panel::Curves { quantity: "position", unit: "microsteps", curves: position },
+            ];
+        }
         if !rows.is_empty() {
             panels.push(Panel::Levels { quantity: "output", rows });
         }
@@ -101,7 +101,7 @@ impl<'a> Picture<'a> {
 
     /// The outputs that switched.
     fn output_rows(&self, run: &Run) -> Vec<Row> {
-        record::outputs(run.module.model())
+        ports::outputs(run.module.model())
             .filter_map(|(number, bit)| {
                 let mut changes: Vec<(i64, bool)> = self
                     .outputs

@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use opentmcl_catalog::{Module, PortBehaviour};
+use opentmcl_catalog::Module;
 use opentmcl_virtual::{Recorder, VirtualModule};
 use opentmcl_wire::Instant;
 
+use super::ports;
 use super::run::Observer;
 use super::time;
 use crate::failure::Failure;
@@ -37,7 +38,7 @@ impl Record {
         columns.extend((0..model.axes).map(|axis| format!("speed{axis}_pps")));
         columns.push("address".to_owned());
         let mut outputs = Vec::new();
-        for (number, bit) in self::outputs(model) {
+        for (number, bit) in ports::outputs(model) {
             columns.push(format!("output{number}"));
             outputs.push(bit);
         }
@@ -77,15 +78,6 @@ impl Observer for Record {
         sample.variables.iter().for_each(|&value| add(value.into()));
         self.write(&line)
     }
-}
-
-/// Number and bit of each general purpose output.
-pub(super) fn outputs(model: &'static Module) -> impl Iterator<Item = (u8, u8)> {
-    model
-        .ports
-        .iter()
-        .filter(|port| port.access.write && port.behaviour == PortBehaviour::DigitalOutput)
-        .map(|port| (port.number, port.index % 8))
 }
 
 fn failed(path: &Path, error: &std::io::Error) -> Failure {

@@ -38,7 +38,7 @@ fn subject(out: &mut impl Write, name: &str, text: &str) -> io::Result<()> {
 /// Lines about the end; the first of them is marked.
 fn end(summary: &Summary) -> Vec<(bool, String)> {
     let End { reason, time_s, place, command, waiting, .. } = &summary.end;
-    let at = seconds(*time_s);
+    let (at, place) = (seconds(*time_s), &place.words);
     let first = match reason {
         Reason::Stop => format!("STOP at {place}, after {at}"),
         Reason::NoStop => {
@@ -77,7 +77,7 @@ fn refusal(refused: &Refused) -> String {
         1 => format!("at {first}"),
         _ => format!("{count} times, first at {first}"),
     };
-    format!("{place}: {command}: status {}, {when}", Status(*status))
+    format!("{}: {command}: status {}, {when}", place.words, Status(*status))
 }
 
 fn travel(axis: &Axis) -> String {

@@ -39,8 +39,7 @@ pub(super) struct Run {
 pub(super) struct Outcome {
     /// The command with which the program ended; none if it was still running when the time was up.
     pub(super) last: Option<Executed>,
-    /// When the run was over: the program had ended and all axes that come to rest by themselves had
-    /// done so, or the time was up.
+    /// When the run was over: see [`Run::play`].
     pub(super) end: Duration,
 }
 
@@ -71,8 +70,8 @@ impl Run {
         Ok(Self { module, watch, start })
     }
 
-    /// Starts the program and lets time pass until it has ended and the axes stand, at most until
-    /// `longest`. An axis that turns on and on is not waited for.
+    /// Starts the program and lets time pass until it has ended and each axis stands or turns with the
+    /// speed that it will keep, at most for `longest`.
     pub(super) fn play(
         &mut self,
         longest: Duration,

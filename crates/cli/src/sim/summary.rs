@@ -7,7 +7,7 @@ use opentmcl_wire::{Command, Opcode, Status};
 use serde::Serialize;
 
 use super::listing::Listing;
-use super::record;
+use super::ports;
 use super::run::{Outcome, Run};
 use super::tally::{Switching, Switchings, Tally};
 use super::time;
@@ -34,9 +34,8 @@ pub(super) struct Summary {
 pub(super) struct End {
     pub(super) reason: Reason,
     pub(super) time_s: f64,
-    pub(super) address: u16,
-    /// `line 12`, or `address 7` for a binary.
-    pub(super) place: String,
+    #[serde(flatten)]
+    pub(super) place: Place,
     pub(super) command: String,
     /// The WAIT that is not over.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -56,6 +55,28 @@ pub(super) enum Reason {
     TimeUp,
 }
 
+/// Where a command stands.
+#[derive(Serialize)]
+pub(super) struct Place {
+    pub(super) address: u16,
+    /// Not for a binary, nor for what the assembler has added.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) file: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) line: Option<u32>,
+    /// For people.
+    #[serde(skip)]
+    pub(super) words: String,
+}
+
+impl Place {
+    fn new(listing: &Listing, address: u16) -> Self {
+        let (file, line) = listing.source(address).unzip();
+        Self { address, file, line, words: listing.place(address) }
+    }
+}
+
+/// A WAIT that is not over.
 #[derive(Serialize)]
 pub(super) struct Waiting {
     pub(super) since_s: f64,
@@ -67,8 +88,8 @@ pub(super) struct Waiting {
 
 #[derive(Serialize)]
 pub(super) struct Refused {
-    pub(super) address: u16,
-    pub(super) place: String,
+    #[serde(flatten)]
+    pub(super) place: Place,
     pub(super) command: String,
     pub(super) status: u8,
     pub(super) meaning: Option<&'static str>,
@@ -134,8 +155,7 @@ impl End {
             Some(last) => Self {
                 reason: reason(&last),
                 time_s: time::number(last.at - run.start),
-                address: last.address,
-                place: listing.place(last.address),
+                place: Place::new(listing, last.address),
                 command: listing.row(last.address, last.command).text.clone(),
                 waiting: None,
             },
@@ -146,8 +166,7 @@ impl End {
                 Self {
                     reason: Reason::TimeUp,
                     time_s: time::number(outcome.end),
-                    address: state.address,
-                    place: listing.place(state.address),
+                    place: Place::new(listing, state.address),
                     command: listing.row(state.address, command).text.clone(),
                     waiting: state.waiting_since.map(|since| Waiting {
                         since_s: time::number(since - run.start),
@@ -186,8 +205,7 @@ fn refused(listing: &Listing, tally: &Tally) -> Vec<Refused> {
     let refusals = tally.refused.iter();
     refusals
         .map(|(&(address, status), refusal)| Refused {
-            address,
-            place: listing.place(address),
+            place: Place::new(listing, address),
             command: listing.row(address, refusal.command).text.clone(),
             status,
             meaning: Status(status).meaning(),
@@ -213,7 +231,7 @@ fn axes(travels: &[Travel]) -> Vec<Axis> {
 }
 
 fn outputs(model: &'static Module, tally: &Tally) -> Vec<Output> {
-    record::outputs(model)
+    ports::outputs(model)
         .filter_map(|(number, bit)| {
             let Switchings { count, kept, last } = tally.outputs.get(usize::from(bit))?;
             Some(Output {

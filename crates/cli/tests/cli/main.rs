@@ -5,4 +5,5 @@ mod common;
 mod exec;
 mod modules;
 mod serve;
+mod sim;
 mod usage;
