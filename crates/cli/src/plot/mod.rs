@@ -230,8 +230,8 @@ fn draw_curves(svg: &mut Svg, curves: &[Curve], time: &TimeScale, scale: &Scale,
         svg.line(class, (PLOT.from, y), (PLOT.to, y));
         svg.text("right", PLOT.from - 90, y + 45, &label);
     }
-    // The first one on top.
-    for curve in curves.iter().rev() {
+    // The first one, which is drawn through, below the others, whose dashes show it where they meet.
+    for curve in curves {
         let points: Vec<_> = curve
             .points
             .iter()
