@@ -12,4 +12,5 @@ mod fmt;
 mod lab;
 mod modules;
 mod serve;
+mod sim;
 mod usage;
