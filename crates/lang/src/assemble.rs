@@ -53,7 +53,8 @@ pub fn assemble(
         redefined: Vec::new(),
         diagnostics: Vec::new(),
     };
-    collector.add(File { name: name.into(), built_in: false, tree: Tree::parse(text) });
+    let tree = Tree::parse(text);
+    collector.add(File { name: name.into(), built_in: false, included_at: None, tree });
     collector.finish(options)
 }
 
@@ -204,7 +205,8 @@ impl Collector<'_> {
             );
             return self.report(Diagnostic::new(Code::TooMuchText, location, message));
         }
-        self.add(File { name: name.into(), built_in, tree: Tree::parse(text) });
+        let tree = Tree::parse(text);
+        self.add(File { name: name.into(), built_in, included_at: Some(location), tree });
     }
 
     fn finish(mut self, options: Options) -> Assembly {

@@ -8,6 +8,7 @@
 //! - [`token`], [`tree`]: text to a lossless [`tree::Tree`].
 //! - [`assemble()`]: trees and included files to an [`Assembly`].
 //! - [`include`], [`builtin`]: where included files come from.
+//! - [`service`]: what an editor asks.
 //!
 //! ```
 //! use opentmcl_lang::{Options, assemble, include::BuiltInOnly};
@@ -32,6 +33,7 @@ pub mod mnemonic;
 mod names;
 mod number;
 mod parse;
+pub mod service;
 pub mod span;
 mod suggest;
 pub mod token;
