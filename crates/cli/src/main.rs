@@ -1,12 +1,16 @@
 //! The program `tmcl`: one file per subcommand, each as thin as it can be.
 
+mod asm;
 mod conform;
+mod diagnostics;
 mod exec;
 mod failure;
 mod local;
 mod lookup;
 mod modules;
+mod program;
 mod serve;
+mod sources;
 
 use std::process::ExitCode;
 
@@ -33,6 +37,7 @@ enum Command {
     Modules(modules::Args),
     Serve(serve::Args),
     Exec(exec::Args),
+    Asm(asm::Args),
     Conform(conform::Args),
 }
 
@@ -41,6 +46,7 @@ fn main() -> ExitCode {
         Command::Modules(args) => failure::exit_code(modules::run(&args)),
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
+        Command::Asm(args) => failure::exit_code(asm::run(&args)),
         Command::Conform(args) => conform::run(args),
     }
 }

@@ -1,5 +1,7 @@
 //! Registers of the TMCL interpreter: what a running program is, beside its text.
 
+use core::cmp::Ordering;
+
 use opentmcl_wire::Instant;
 
 use crate::program::PROGRAM_LEN;
@@ -9,13 +11,13 @@ pub(crate) const STACK_DEPTH: usize = 8;
 
 /// What the interpreter does, with the numbers of global parameter 128.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Mode {
+pub enum Mode {
     /// Stands still.
     #[default]
     Stop = 0,
     /// Executes one command after the other.
     Run = 1,
-    /// Executes the commands that [`Cpu::steps`] counts and then stands still.
+    /// Executes as many commands as it was asked to, one by one, and then stands still.
     Step = 2,
     /// Stands still at address 0 after a reset.
     Reset = 3,
@@ -23,14 +25,19 @@ pub(crate) enum Mode {
 
 /// Error flags that JC tests and CLE clears.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct ErrorFlags(u8);
+pub struct ErrorFlags(u8);
 
 impl ErrorFlags {
-    pub(crate) const TIMEOUT: u8 = 1;
-    pub(crate) const ALARM: u8 = 2;
-    pub(crate) const DEVIATION: u8 = 4;
-    pub(crate) const POSITION: u8 = 8;
-    pub(crate) const SHUTDOWN: u8 = 16;
+    /// A WAIT has ended by its time-out (ETO).
+    pub const TIMEOUT: u8 = 1;
+    /// External alarm (EAL).
+    pub const ALARM: u8 = 2;
+    /// Motor and encoder deviate (EDV).
+    pub const DEVIATION: u8 = 4;
+    /// Position error (EPO).
+    pub const POSITION: u8 = 8;
+    /// The driver has shut down (ESD).
+    pub const SHUTDOWN: u8 = 16;
     pub(crate) const ALL: u8 = 31;
 
     pub(crate) fn set(&mut self, flag: u8) {
@@ -41,14 +48,15 @@ impl ErrorFlags {
         self.0 &= !flags;
     }
 
-    pub(crate) const fn has(self, flag: u8) -> bool {
+    /// Whether this flag is set.
+    pub const fn has(self, flag: u8) -> bool {
         self.0 & flag != 0
     }
 }
 
 /// The flags: the last comparison and result, kept as the values themselves, and the errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Flags {
+pub struct Flags {
     /// Left side of the last comparison.
     left: i32,
     /// Right side of the last comparison.
@@ -71,6 +79,22 @@ impl Flags {
     #[inline]
     pub(crate) fn test(&mut self, value: i32) {
         self.tested = value;
+    }
+
+    /// Whether the last value read or calculated was 0, or the last comparison was of equal values,
+    /// whichever came last: what ZE tests.
+    pub const fn is_zero(self) -> bool {
+        self.tested == 0
+    }
+
+    /// How the left side of the last comparison compares to the right one: what EQ to LE test.
+    pub fn comparison(self) -> Ordering {
+        self.left.cmp(&self.right)
+    }
+
+    /// The error flags.
+    pub const fn errors(self) -> ErrorFlags {
+        self.errors
     }
 
     /// Whether the condition with this number holds; no condition has a number above 12.
@@ -99,6 +123,8 @@ impl Flags {
 /// A WAIT that has begun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Wait {
+    /// When it began.
+    pub(crate) since: Instant,
     /// When it ends by itself: the time waited for, or the time-out.
     pub(crate) deadline: Option<Instant>,
     /// When to look at its condition although no event is foreseen: after something else has
@@ -206,30 +232,43 @@ impl Cpu {
         if usize::from(next) < PROGRAM_LEN { self.pc = next } else { self.leave() }
     }
 
-    /// Calls a subroutine; ignored when the stack is full.
+    /// Calls a subroutine; ignored, and false, when the stack is full.
     #[inline]
-    pub(crate) fn call(&mut self, address: i32) {
+    pub(crate) fn call(&mut self, address: i32) -> bool {
         match self.stack.get_mut(usize::from(self.depth)) {
             Some(place) => {
                 *place = self.pc + 1;
                 self.depth += 1;
                 self.jump(address);
+                true
             }
-            None => self.advance(),
+            None => {
+                self.advance();
+                false
+            }
         }
     }
 
-    /// Returns from a subroutine; ignored when there is nothing to return to.
+    /// Returns from a subroutine; ignored, and false, when there is nothing to return to.
     #[inline]
-    pub(crate) fn return_from_subroutine(&mut self) {
+    pub(crate) fn return_from_subroutine(&mut self) -> bool {
         let depth = usize::from(self.depth).wrapping_sub(1);
         match self.stack.get(depth) {
             Some(&address) => {
                 self.depth -= 1;
                 self.jump(i32::from(address));
+                true
             }
-            None => self.advance(),
+            None => {
+                self.advance();
+                false
+            }
         }
+    }
+
+    /// Subroutines under way.
+    pub(crate) fn depth(&self) -> u8 {
+        self.depth
     }
 
     /// Whether an interrupt handler is being executed.
@@ -249,8 +288,8 @@ impl Cpu {
         self.jump(i32::from(address));
     }
 
-    /// Takes the program up again; ignored outside a handler.
-    pub(crate) fn return_from_interrupt(&mut self, now: Instant) {
+    /// Takes the program up again; ignored, and false, outside a handler.
+    pub(crate) fn return_from_interrupt(&mut self, now: Instant) -> bool {
         match self.interrupted.take() {
             Some(context) => {
                 self.accumulator = context.accumulator;
@@ -259,8 +298,12 @@ impl Cpu {
                 self.pc = context.pc;
                 self.wait = context.wait;
                 self.look_again(now);
+                true
             }
-            None => self.advance(),
+            None => {
+                self.advance();
+                false
+            }
         }
     }
 

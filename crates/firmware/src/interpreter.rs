@@ -4,6 +4,8 @@
 //! the next moment at which anything else can happen; all others return to the order of time in
 //! [`Module::poll`].
 
+use core::ops::ControlFlow;
+
 use opentmcl_catalog::Mode as CommandMode;
 use opentmcl_wire::{Command, Duration, Instant, Opcode, Status};
 
@@ -12,6 +14,7 @@ use crate::board::Board;
 use crate::commands::{Caller, Outcome};
 use crate::cpu::{Cpu, Flags, Mode, Wait};
 use crate::module::{Module, VARIABLES, earliest};
+use crate::watch::{Before, Done, Watcher};
 
 /// One tick of WAIT.
 const WAIT_TICK_MS: u64 = 10;
@@ -51,13 +54,16 @@ impl<B: Board> Module<B> {
 
     /// Executes what is due at the present time, and register commands up to `limit` as long as
     /// nothing else can happen.
-    pub(crate) fn run_until(&mut self, limit: Instant) {
+    pub(crate) fn run_until(
+        &mut self,
+        limit: Instant,
+        watcher: &mut impl Watcher,
+    ) -> ControlFlow<()> {
         if self.cpu.wait.is_some() {
-            self.run_wait();
-            return;
+            return self.run_wait(watcher);
         }
         if self.cpu.next_at > self.now {
-            return;
+            return ControlFlow::Continue(());
         }
         self.enter_interrupt();
         if self.cpu.mode == Mode::Run {
@@ -65,19 +71,24 @@ impl<B: Board> Module<B> {
                 Some(event) => limit.min(Instant::from_ticks(event.as_ticks().saturating_sub(1))),
                 None => limit,
             };
-            run_registers(
+            let flow = run_registers(
                 &mut self.cpu,
                 &mut self.variables,
                 |at| self.program.get(at),
                 until,
                 self.command_time,
+                watcher,
             );
+            if let ControlFlow::Break(at) = flow {
+                self.set_time(at);
+                return ControlFlow::Break(());
+            }
             if !self.cpu.is_active() || self.cpu.next_at > until {
-                return;
+                return ControlFlow::Continue(());
             }
             self.set_time(self.cpu.next_at);
         }
-        self.run_command();
+        self.run_command(watcher)
     }
 
     fn enter_interrupt(&mut self) {
@@ -88,57 +99,69 @@ impl<B: Board> Module<B> {
         }
     }
 
-    fn run_wait(&mut self) {
+    fn run_wait(&mut self, watcher: &mut impl Watcher) -> ControlFlow<()> {
         if self.interrupts.is_ready() && !self.cpu.in_interrupt() {
             self.enter_interrupt();
             self.cpu.next_at = self.now;
-            return;
+            return ControlFlow::Continue(());
         }
-        let Some(wait) = self.cpu.wait else { return };
+        let Some(wait) = self.cpu.wait else { return ControlFlow::Continue(()) };
         if self.wait_is_over(wait) {
+            let before = Before::new(&self.cpu, self.program.get(self.cpu.pc));
             self.cpu.wait = None;
             self.cpu.advance();
             self.cpu.next_at = self.now;
             self.finish_command();
+            watcher.executed(|| before.executed(wait.since, self.now, Done::OK, &self.cpu))
         } else {
             self.cpu.wait = Some(Wait { look_at: None, ..wait });
+            ControlFlow::Continue(())
         }
     }
 
     /// Executes the command at the program counter, whatever it is.
-    fn run_command(&mut self) {
+    fn run_command(&mut self, watcher: &mut impl Watcher) -> ControlFlow<()> {
         let command = self.program.get(self.cpu.pc);
-        if run_register_command(&mut self.cpu, &mut self.variables, command) {
-            self.finish_command();
-            return;
-        }
-        match Opcode::from_number(command.number) {
-            Some(Opcode::Wait) => {
-                self.begin_wait(command);
-                return;
-            }
-            Some(Opcode::Reti) => self.cpu.return_from_interrupt(self.now),
-            _ => {
-                if self.is_known(command.number) {
-                    self.run_other_command(command);
-                    self.observe_touched();
+        let before = Before::new(&self.cpu, command);
+        let done = match run_register_command(&mut self.cpu, &mut self.variables, command) {
+            Some(done) => done,
+            None => match Opcode::from_number(command.number) {
+                Some(Opcode::Wait) => match self.begin_wait(command) {
+                    Ok(()) => return self.run_wait(watcher),
+                    Err(status) => {
+                        self.cpu.advance();
+                        Done::refused(status)
+                    }
+                },
+                Some(Opcode::Reti) => Done::if_possible(self.cpu.return_from_interrupt(self.now)),
+                _ => {
+                    let result = self.run_other_command(command);
+                    self.cpu.advance();
+                    Done { result, branch: None }
                 }
-                self.cpu.advance();
-            }
-        }
+            },
+        };
         self.finish_command();
+        watcher.executed(|| before.executed(self.now, self.now, done, &self.cpu))
     }
 
-    fn run_other_command(&mut self, command: Command) {
-        let direct_only = self.model.command(command.number).map(|row| row.mode);
-        if direct_only == Some(CommandMode::Direct) {
-            return;
+    /// A command that is refused does nothing; the program goes on.
+    fn run_other_command(&mut self, command: Command) -> Result<(), Status> {
+        if !self.is_known(command.number) {
+            return Err(Status::INVALID_COMMAND);
         }
-        // A command that is refused does nothing; the program goes on.
-        if let Ok(Outcome::Read(value)) = self.execute(command, Caller::Program) {
+        let mode = self.model.command(command.number).map(|row| row.mode);
+        let outcome = if mode == Some(CommandMode::Direct) {
+            Err(Status::NOT_AVAILABLE)
+        } else {
+            self.execute(command, Caller::Program)
+        };
+        if let Ok(Outcome::Read(value)) = outcome {
             self.cpu.accumulator = value;
             self.cpu.flags.test(value);
         }
+        self.observe_touched();
+        outcome.map(|_| ())
     }
 
     fn finish_command(&mut self) {
@@ -146,48 +169,61 @@ impl<B: Board> Module<B> {
         self.cpu.steps = self.cpu.steps.saturating_sub(1);
     }
 
-    fn begin_wait(&mut self, command: Command) {
+    /// Begins to wait; an error if there is no such condition or axis.
+    fn begin_wait(&mut self, command: Command) -> Result<(), Status> {
+        if command.kind > 4 {
+            return Err(Status::WRONG_TYPE);
+        }
+        if command.kind != 0 {
+            self.axis(command.motor)?;
+        }
         let ticks = if command.value == -1 { self.cpu.accumulator } else { command.value };
         let time = Duration::from_millis(u64::from(ticks.max(0).unsigned_abs()) * WAIT_TICK_MS);
         // For all but TICKS the time is a time-out, and 0 is none.
         let ends = command.kind == 0 || ticks > 0;
         let deadline = ends.then(|| self.now + time);
-        self.cpu.wait = Some(Wait { deadline, look_at: None });
-        if command.kind > 4 || command.kind != 0 && self.axis(command.motor).is_err() {
-            // No such condition or axis: as any refused command it does nothing.
-            self.cpu.wait = None;
-            self.cpu.advance();
-            self.finish_command();
-            return;
-        }
-        self.run_wait();
+        self.cpu.wait = Some(Wait { since: self.now, deadline, look_at: None });
+        Ok(())
     }
 }
 
-/// Executes register commands until one is something else, is due after `until`, or the program ends.
+/// Executes register commands until one is something else, is due after `until`, or the program ends;
+/// a break is the time of the command behind which the watcher breaks off.
 fn run_registers(
     cpu: &mut Cpu,
     variables: &mut [i32; VARIABLES],
     program: impl Fn(u16) -> Command,
     until: Instant,
     command_time: Duration,
-) {
+    watcher: &mut impl Watcher,
+) -> ControlFlow<Instant> {
     let mut next_at = cpu.next_at;
-    while next_at <= until && run_register_command(cpu, variables, program(cpu.pc)) {
+    let mut flow = ControlFlow::Continue(());
+    while next_at <= until {
+        let command = program(cpu.pc);
+        let before = Before::new(cpu, command);
+        let Some(done) = run_register_command(cpu, variables, command) else { break };
+        let at = next_at;
         next_at += command_time;
-        if cpu.mode != Mode::Run {
+        flow = watcher.executed(|| before.executed(at, at, done, cpu)).map_break(|()| at);
+        if flow.is_break() || cpu.mode != Mode::Run {
             break;
         }
     }
     cpu.next_at = next_at;
+    flow
 }
 
 /// Executes a command that touches nothing but the interpreter's registers and the user variables,
-/// and moves the program counter. Gives false, having done nothing, for all others.
+/// and moves the program counter. Gives none, having done nothing, for all others.
 ///
 /// This and what it calls are always inlined: the loop around them is the interpreter's inner loop.
 #[inline(always)]
-fn run_register_command(cpu: &mut Cpu, variables: &mut [i32; VARIABLES], command: Command) -> bool {
+fn run_register_command(
+    cpu: &mut Cpu,
+    variables: &mut [i32; VARIABLES],
+    command: Command,
+) -> Option<Done> {
     const END: u8 = 0;
     const JC: u8 = Opcode::Jc.number();
     const JA: u8 = Opcode::Ja.number();
@@ -197,36 +233,61 @@ fn run_register_command(cpu: &mut Cpu, variables: &mut [i32; VARIABLES], command
     const RST: u8 = Opcode::Rst.number();
     const DJNZ: u8 = Opcode::Djnz.number();
     const CALL: u8 = Opcode::Call.number();
-    match command.number {
-        END => cpu.stop(),
-        JA => cpu.jump(command.value),
-        JC if cpu.flags.condition(command.kind) == Some(true) => cpu.jump(command.value),
-        CALL if cpu.flags.condition(command.kind) == Some(true) => cpu.call(command.value),
-        JC | CALL => cpu.advance(),
-        CSUB => cpu.call(command.value),
-        RSUB => cpu.return_from_subroutine(),
+    Some(match command.number {
+        END => {
+            cpu.stop();
+            Done::OK
+        }
+        JA => {
+            cpu.jump(command.value);
+            Done::OK
+        }
+        JC | CALL => match cpu.flags.condition(command.kind) {
+            Some(true) if command.number == JC => {
+                cpu.jump(command.value);
+                Done::branch(true)
+            }
+            Some(true) if cpu.call(command.value) => Done::branch(true),
+            Some(true) => Done::refused(Status::NOT_AVAILABLE),
+            Some(false) => {
+                cpu.advance();
+                Done::branch(false)
+            }
+            None => {
+                cpu.advance();
+                Done::refused(Status::WRONG_TYPE)
+            }
+        },
+        CSUB => Done::if_possible(cpu.call(command.value)),
+        RSUB => Done::if_possible(cpu.return_from_subroutine()),
         STOP => {
             cpu.advance();
             cpu.stop();
+            Done::OK
         }
         RST => {
             cpu.reset();
             cpu.jump(command.value);
+            Done::OK
         }
         DJNZ => {
             let variable = &mut variables[usize::from(command.kind)];
             *variable = variable.wrapping_sub(1);
-            if *variable != 0 { cpu.jump(command.value) } else { cpu.advance() }
+            let taken = *variable != 0;
+            if taken {
+                cpu.jump(command.value)
+            } else {
+                cpu.advance()
+            }
+            Done::branch(taken)
         }
         _ => {
             // A refused operation does nothing; the program goes on.
-            if calculate(cpu, variables, command).is_none() {
-                return false;
-            }
+            let result = calculate(cpu, variables, command)?;
             cpu.advance();
+            Done { result, branch: None }
         }
-    }
-    true
+    })
 }
 
 /// The commands that calculate with registers and variables, in a program and in direct mode.

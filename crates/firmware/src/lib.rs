@@ -12,6 +12,7 @@
 //! - `direct`: a request becomes an answer.
 //! - `commands`: what each family of commands does.
 //! - `cpu`, `program`, `interpreter`, `arithmetic`, `interrupts`: a program running on the module.
+//! - `watch`: what a program does, seen from outside.
 //! - `globals`, `axis`: settings in memory; `storage`: settings in the EEPROM.
 //! - `tmc5160`: the driver of the motion chip, by registers only; `units`: its units.
 //!
@@ -44,9 +45,12 @@ mod program;
 pub mod storage;
 mod tmc5160;
 mod units;
+mod watch;
 
 pub use board::{Analog, Board};
+pub use cpu::{ErrorFlags, Flags, Mode};
 pub use direct::Answer;
 pub use line::{Line, Port};
 pub use module::{Config, Module};
 pub use program::PROGRAM_LEN;
+pub use watch::{Executed, ProgramState};

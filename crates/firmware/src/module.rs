@@ -1,5 +1,7 @@
 //! The module: all its state, power-up, and the order in which things happen.
 
+use core::ops::ControlFlow;
+
 use opentmcl_catalog::{self as catalog, AxisBehaviour, Globals, PortBehaviour};
 use opentmcl_wire::{Duration, Instant, Status, TICKS_PER_SECOND, serial};
 
@@ -13,6 +15,7 @@ use crate::line::{Outbox, Port};
 use crate::program::{Download, Program};
 use crate::storage;
 use crate::tmc5160::{Chip, Tmc5160};
+use crate::watch::{Nobody, Watcher};
 
 /// Coordinates per axis (firmware manual 3.6.22); number 0 is never stored.
 pub(crate) const COORDINATES: usize = 21;
@@ -187,6 +190,15 @@ impl<B: Board> Module<B> {
 
     /// Does everything that is due until `now`, in the order of time. Times never go back.
     pub fn poll(&mut self, now: Instant) {
+        // Nobody breaks off.
+        let _: ControlFlow<()> = self.poll_with(now, &mut Nobody);
+    }
+
+    pub(crate) fn poll_with(
+        &mut self,
+        now: Instant,
+        watcher: &mut impl Watcher,
+    ) -> ControlFlow<()> {
         while self.quiet_until <= now {
             let hardware = self.next_hardware_event();
             let due = earliest(self.next_own_step(), hardware).unwrap_or(NEVER);
@@ -201,10 +213,11 @@ impl<B: Board> Module<B> {
             self.check_heartbeat();
             if self.cpu.is_active() {
                 self.interrupts.run_timers(self.now);
-                self.run_until(now);
+                self.run_until(now, watcher)?;
             }
         }
         self.set_time(now);
+        ControlFlow::Continue(())
     }
 
     /// When the module next wants to be called, if nothing comes from outside: `None` is at rest.

@@ -1,20 +1,17 @@
 //! Trees to commands: includes, then addresses and names, then the commands themselves.
 
-use opentmcl_wire::mnemonic::RAW_OPERANDS;
-use opentmcl_wire::opcode::{FORMS, Field, Form, Meaning, Operand};
 use opentmcl_wire::{Command, Opcode};
 
 use crate::assembly::{Assembly, File, Instruction, Place};
 use crate::builtin;
-use crate::constants::{Constant, Evaluator, Purpose};
+use crate::constants::{Constant, Evaluator};
 use crate::diagnostic::{Code, Diagnostic, FileId, Location};
+use crate::encode::Encoder;
 use crate::include::{Found, Sources};
-use crate::mnemonic;
 use crate::names::{Names, Trees};
 use crate::parse::{MAX_DIAGNOSTICS, MAX_TEXT};
-use crate::span::Span;
 use crate::suggest::nearest;
-use crate::tree::{ExpressionId, Line, Statement, TokenId, Tree};
+use crate::tree::{ExpressionId, Statement, TokenId, Tree};
 
 /// How many files a program may have, each counted as often as it is included: enough for any
 /// program, and an end for files that include each other twice.
@@ -167,7 +164,9 @@ impl Collector<'_> {
                 self.add_included(location, &known_as, text, false);
             }
             Found::Nothing => match builtin::file(&name) {
-                Some((known_as, text)) => self.add_included(location, known_as, text.into(), true),
+                Some((known_as, text)) => {
+                    self.add_included(location, &known_as, text.into_owned(), true);
+                }
                 None => self.not_found(location, &name),
             },
             Found::Unreadable(why) => {
@@ -180,7 +179,8 @@ impl Collector<'_> {
     fn not_found(&mut self, location: Location, name: &str) {
         let message = format!("there is no file {name}");
         let diagnostic = Diagnostic::new(Code::IncludeNotFound, location, message);
-        self.report(match nearest(name, builtin::names()) {
+        let names: Vec<_> = builtin::names().collect();
+        self.report(match nearest(name, names.iter().map(String::as_str)) {
             Some(near) => diagnostic.help(format!("did you mean {near}?")).replace_with(near),
             None => diagnostic.help(
                 "it is looked for beside the including file, in the include folders, and among \
@@ -210,14 +210,12 @@ impl Collector<'_> {
     }
 
     fn finish(mut self, options: Options) -> Assembly {
-        let mut encoder = Encoder {
-            evaluator: Evaluator::new(
-                &self.files,
-                &self.labels,
-                &mut self.constants,
-                &mut self.diagnostics,
-            ),
-        };
+        let mut encoder = Encoder::new(Evaluator::new(
+            &self.files,
+            &self.labels,
+            &mut self.constants,
+            &mut self.diagnostics,
+        ));
         encoder.constants(&self.redefined);
         for instruction in &mut self.instructions {
             if let Some(place) = instruction.place {
@@ -244,258 +242,5 @@ impl Collector<'_> {
             labels: self.labels,
             constants: self.constants,
         }
-    }
-}
-
-/// Makes commands of lines, with all names known.
-struct Encoder<'a> {
-    evaluator: Evaluator<'a>,
-}
-
-impl Encoder<'_> {
-    fn tree(&self, file: FileId) -> &Tree {
-        self.evaluator.files.tree(file)
-    }
-
-    /// Computes all constants, used or not, in the order of their definitions: most depend on
-    /// earlier ones only.
-    fn constants(&mut self, redefined: &[(usize, FileId, TokenId, ExpressionId)]) {
-        for at in 0..self.evaluator.constants.entries().len() {
-            self.evaluator.constant(at, None);
-        }
-        for &(at, file, token, expression) in redefined {
-            let first = self.evaluator.constant(at, None);
-            let second = self.evaluator.value(file, expression, Purpose::Number);
-            let (Some(first), Some(second)) = (first, second) else { continue };
-            // The same definition in two included files does no harm.
-            if first == second {
-                continue;
-            }
-            let entry = &self.evaluator.constants.entries()[at];
-            let span = self.tree(entry.file).token_span(entry.token);
-            let definition = Location { file: entry.file, span };
-            let tree = self.tree(file);
-            let name = tree.token_text(token);
-            let message = format!("{name} is defined as {second} here and as {first} before");
-            let location = Location { file, span: tree.token_span(token) };
-            self.evaluator.report(
-                Diagnostic::new(Code::RedefinedConstant, location, message)
-                    .help("a constant has one value in the whole program; use two names")
-                    .related(definition, "the first definition is here"),
-            );
-        }
-    }
-
-    /// The command of a line; `None` if it has mistakes, which have then been told.
-    fn encode(&mut self, place: Place) -> Option<Command> {
-        let files = self.evaluator.files;
-        let tree = files.tree(place.file);
-        let line = tree.lines().get(place.line as usize)?;
-        match line.statement {
-            Statement::Command { mnemonic, form, .. } => {
-                let Some(form) = form else {
-                    self.unknown_command(place.file, tree, mnemonic);
-                    return None;
-                };
-                let command = Command::new(form.opcode.number(), 0, 0, 0);
-                self.operands(place.file, tree, line, Some(form), command, form.operands)
-            }
-            Statement::Numbered { number, .. } => {
-                let value = crate::number::value(tree.token_text(number));
-                let whole = value.filter(|value| value.fract() == 0.0 && *value <= 255.0);
-                let Some(whole) = whole else {
-                    let text = tree.token_text(number);
-                    let location = Location { file: place.file, span: tree.token_span(number) };
-                    let message = format!("{text} is not the number of a command");
-                    self.evaluator.report(
-                        Diagnostic::new(Code::UnknownCommand, location, message)
-                            .help("a command is a mnemonic or a number in 0..255"),
-                    );
-                    return None;
-                };
-                let command = Command::new(whole as u8, 0, 0, 0);
-                self.operands(place.file, tree, line, None, command, &RAW_OPERANDS)
-            }
-            _ => None,
-        }
-    }
-
-    fn unknown_command(&mut self, file: FileId, tree: &Tree, token: TokenId) {
-        let name = tree.token_text(token);
-        let location = Location { file, span: tree.token_span(token) };
-        let message = format!("there is no command {name}");
-        let diagnostic = Diagnostic::new(Code::UnknownCommand, location, message);
-        self.evaluator.proposals += 1;
-        self.evaluator.report(match mnemonic::probably(name) {
-            Some(near) => diagnostic.help(format!("did you mean {near}?")).replace_with(near),
-            None => diagnostic.help(
-                "a label ends with a colon, and a constant is defined by a line Name = value",
-            ),
-        });
-    }
-
-    fn operands(
-        &mut self,
-        file: FileId,
-        tree: &Tree,
-        line: &Line,
-        form: Option<&Form>,
-        mut command: Command,
-        wanted: &[Operand],
-    ) -> Option<Command> {
-        let written = tree.operands_of(line);
-        let mut complete = true;
-        for (operand, written) in wanted.iter().zip(written) {
-            let value = self.operand(file, tree, form, operand, written.expression);
-            complete &= value.is_some_and(|value| fill(&mut command, operand.field, value));
-        }
-        if let Some(missing) = wanted.get(written.len()) {
-            // CALC NOT has no use for its second operand.
-            let may_be_missing = command.number == Opcode::Calc.number() && command.kind == NOT;
-            if !may_be_missing || written.is_empty() {
-                self.missing(file, tree, line, form, missing);
-                complete = false;
-            }
-        }
-        if let Some(extra) = written.get(wanted.len()) {
-            self.extra(file, tree, line, form, tree.expression_span(extra.expression));
-            complete = false;
-        }
-        complete.then_some(command)
-    }
-
-    fn missing(
-        &mut self,
-        file: FileId,
-        tree: &Tree,
-        line: &Line,
-        form: Option<&Form>,
-        missing: &Operand,
-    ) {
-        let end = tree.statement_span(line).end;
-        let location = Location { file, span: Span::new(end, end) };
-        let message = format!("{} has no {}", head(tree, line), missing.name);
-        self.evaluator
-            .report(Diagnostic::new(Code::MissingOperand, location, message).help(usage(form)));
-    }
-
-    fn extra(&mut self, file: FileId, tree: &Tree, line: &Line, form: Option<&Form>, span: Span) {
-        let text = span.of(tree.text());
-        let message = format!("{} has no operand for {text}", head(tree, line));
-        let location = Location { file, span };
-        self.evaluator
-            .report(Diagnostic::new(Code::ExtraOperand, location, message).help(usage(form)));
-    }
-
-    /// The value of an operand, rounded and within the range of its field.
-    fn operand(
-        &mut self,
-        file: FileId,
-        tree: &Tree,
-        form: Option<&Form>,
-        operand: &Operand,
-        expression: ExpressionId,
-    ) -> Option<i64> {
-        if let Some(name) = tree.name(expression) {
-            let word = operand.words.iter().find(|(word, _)| word.eq_ignore_ascii_case(name));
-            if let Some(&(_, value)) = word {
-                return Some(i64::from(value));
-            }
-            if self.is_misplaced(file, tree, form, operand, expression, name) {
-                return None;
-            }
-        }
-        let purpose = match operand.meaning {
-            Meaning::Address => Purpose::Address,
-            _ => Purpose::Number,
-        };
-        let value = libm::round(self.evaluator.value(file, expression, purpose)?);
-        let (min, max) = match operand.field {
-            Field::Kind | Field::Motor => (0.0, 255.0),
-            // All 32 bits may be written without a sign: $FFFFFFFF is -1.
-            Field::Value => (f64::from(i32::MIN), f64::from(u32::MAX)),
-        };
-        if (min..=max).contains(&value) {
-            return Some(value as i64);
-        }
-        let location = Location { file, span: tree.expression_span(expression) };
-        let message = format!("the {} is {value}; it must be in {min}..{max}", operand.name);
-        self.evaluator.report(Diagnostic::new(Code::ValueTooLarge, location, message));
-        None
-    }
-
-    /// Tells when a name is not one of the words that are wanted here, or one that belongs elsewhere.
-    fn is_misplaced(
-        &mut self,
-        file: FileId,
-        tree: &Tree,
-        form: Option<&Form>,
-        operand: &Operand,
-        expression: ExpressionId,
-        name: &str,
-    ) -> bool {
-        let known = self.evaluator.constants.find(name, self.evaluator.files).is_some();
-        if known || operand.meaning == Meaning::Address {
-            return false;
-        }
-        let location = Location { file, span: tree.expression_span(expression) };
-        if operand.meaning == Meaning::Choice {
-            let message = format!("{name} is not a {}", operand.name);
-            let diagnostic = Diagnostic::new(Code::UnknownKeyword, location, message);
-            let words = || operand.words.iter().map(|&(word, _)| word);
-            self.evaluator.report(match nearest(name, words()) {
-                Some(near) => diagnostic.help(format!("did you mean {near}?")).replace_with(near),
-                None => {
-                    let words: Vec<_> = words().collect();
-                    diagnostic.help(format!("write one of {}", words.join(", ")))
-                }
-            });
-            return true;
-        }
-        let belongs_to = |form: &&Form| {
-            form.operands.iter().any(|operand| {
-                operand.words.iter().any(|(word, _)| word.eq_ignore_ascii_case(name))
-            })
-        };
-        let is_label = self.evaluator.labels.find(name, self.evaluator.files).is_some();
-        let own = form.filter(belongs_to);
-        if is_label || own.or_else(|| FORMS.iter().find(belongs_to)).is_none() {
-            return false;
-        }
-        let message = format!("{name} is a keyword; a {} is expected here", operand.name);
-        self.evaluator
-            .report(Diagnostic::new(Code::UnknownKeyword, location, message).help(usage(form)));
-        true
-    }
-}
-
-/// The operation of CALC that needs no operand.
-const NOT: u8 = 8;
-
-fn fill(command: &mut Command, field: Field, value: i64) -> bool {
-    match field {
-        Field::Kind => command.kind = value as u8,
-        Field::Motor => command.motor = value as u8,
-        // Values above i32 are bit patterns.
-        Field::Value => command.value = value as i32,
-    }
-    true
-}
-
-/// The mnemonic or number with which a line begins.
-fn head<'a>(tree: &'a Tree, line: &Line) -> &'a str {
-    match line.statement {
-        Statement::Command { mnemonic: head, .. } | Statement::Numbered { number: head, .. } => {
-            tree.token_text(head)
-        }
-        _ => "",
-    }
-}
-
-/// How a command is written.
-fn usage(form: Option<&Form>) -> String {
-    match form {
-        Some(form) => format!("write {form}"),
-        None => "write <number> <type>, <motor>, <value>".into(),
     }
 }

@@ -26,6 +26,7 @@ mod assembly;
 pub mod builtin;
 mod constants;
 pub mod diagnostic;
+mod encode;
 pub mod encoding;
 pub mod expression;
 pub mod include;

@@ -19,10 +19,17 @@ pub(crate) fn nearest<'a>(
         .into_iter()
         .take(MAX_NAMES)
         .filter(|name| name.len().abs_diff(wanted.len()) <= 4)
-        .map(|name| (strsim::jaro_winkler(&wanted, &name.to_ascii_lowercase()), name))
+        .map(|name| (similarity(&wanted, &name.to_ascii_lowercase()), name))
         .filter(|&(similarity, _)| similarity >= SIMILAR)
         .max_by(|(left, _), (right, _)| left.total_cmp(right))
         .map(|(_, name)| name)
+}
+
+/// One slip of the finger is always near: in a short name it changes much.
+fn similarity(wanted: &str, name: &str) -> f64 {
+    let similarity = strsim::jaro_winkler(wanted, name);
+    let is_slip = wanted.len() > 1 && name.len() > 1 && strsim::osa_distance(wanted, name) == 1;
+    if is_slip { 1.0 + similarity } else { similarity }
 }
 
 #[cfg(test)]
@@ -35,5 +42,8 @@ mod tests {
         assert_eq!(nearest("mainlop", names), Some("MainLoop"));
         assert_eq!(nearest("StopAl", names), Some("StopAll"));
         assert_eq!(nearest("Grip", names), None);
+        assert_eq!(nearest("GPP", ["GAP", "MVP", "GGP"]), Some("GGP"));
+        assert_eq!(nearest("xJA", ["JC", "JA"]), Some("JA"));
+        assert_eq!(nearest("X", ["Y"]), None);
     }
 }

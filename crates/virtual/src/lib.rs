@@ -6,6 +6,8 @@
 //!
 //! - [`board`]: chips of `opentmcl-plant`, pins and a flash as the firmware's `Board`.
 //! - [`flash`]: a NOR flash in memory whose power can be cut at any operation.
+//! - [`watch`]: a program's commands, outputs and motions while time passes; [`recording`]: samples at
+//!   a set rate.
 //!
 //! ```
 //! use opentmcl_virtual::VirtualModule;
@@ -23,8 +25,12 @@
 pub mod board;
 pub mod flash;
 mod module;
+pub mod recording;
+pub mod watch;
 
 pub use board::VirtualBoard;
 pub use flash::MemoryFlash;
 pub use module::{Options, VirtualModule};
-pub use opentmcl_firmware::{Answer, Line, Port};
+pub use opentmcl_firmware::{Answer, ErrorFlags, Executed, Flags, Line, Mode, Port, ProgramState};
+pub use recording::{Recorder, Sample};
+pub use watch::{Event, Travel, Watch};

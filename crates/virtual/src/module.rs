@@ -1,8 +1,10 @@
 //! A module and its clock.
 
+use std::ops::ControlFlow;
+
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::Module as Model;
-use opentmcl_firmware::{Answer, Config, Module, Port};
+use opentmcl_firmware::{Answer, Board as _, Config, Executed, Module, Port, ProgramState};
 use opentmcl_wire::{Command, Duration, Instant, Reply, Status, serial};
 
 use crate::board::VirtualBoard;
@@ -70,6 +72,77 @@ impl<F: NorFlash> VirtualModule<F> {
     pub fn advance_to(&mut self, now: Instant) {
         self.now = self.now.max(now);
         self.module.poll(self.now);
+    }
+
+    /// Lets time pass as [`VirtualModule::advance_to`] does, and hands over each command that a program
+    /// executes meanwhile, in its order.
+    ///
+    /// A watcher that breaks off leaves the module right behind that command, at its time. Watching
+    /// changes nothing: go on with any method of the module. Commands that were due before a request
+    /// at the same time are handed over only if the module is watched until that time first.
+    ///
+    /// ```
+    /// use std::ops::ControlFlow;
+    /// use opentmcl_virtual::VirtualModule;
+    /// use opentmcl_wire::{Duration, mnemonic};
+    ///
+    /// let mut module = VirtualModule::new(opentmcl_catalog::find("tmcm-6214").unwrap());
+    /// for text in ["132 0, 0, 0", "WAIT TICKS, 0, 100", "STOP", "133 0, 0, 0", "129 0, 0, 0"] {
+    ///     module.execute(mnemonic::parse(text).unwrap());
+    /// }
+    /// let mut trace = Vec::new();
+    /// let minute = module.now() + Duration::from_secs(60);
+    /// let _ = module.advance_watched(minute, |executed| {
+    ///     trace.push((executed.at.as_ticks() / 16_000, executed.command.to_string()));
+    ///     ControlFlow::Continue(())
+    /// });
+    /// assert_eq!(trace, [(1000, "WAIT TICKS, 0, 100".into()), (1000, "STOP".into())]);
+    /// ```
+    pub fn advance_watched(
+        &mut self,
+        until: Instant,
+        watcher: impl FnMut(&Executed) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let flow = self.module.poll_watched(self.now.max(until), watcher);
+        self.now = self.now.max(self.module.now());
+        flow
+    }
+
+    /// What the program does at present.
+    pub fn program_state(&self) -> ProgramState {
+        self.module.program_state()
+    }
+
+    /// The command at an address of program memory; none beyond its end.
+    pub fn program_command(&self, address: u16) -> Option<Command> {
+        self.module.program_command(address)
+    }
+
+    /// The value of a user variable.
+    pub fn variable(&self, number: u8) -> i32 {
+        self.module.variable(number)
+    }
+
+    /// Levels of the general purpose outputs, bit n for output n.
+    pub fn digital_outputs(&self) -> u8 {
+        self.module.digital_outputs()
+    }
+
+    /// Where an axis stands, in microsteps; none if there is no such axis.
+    pub fn position(&mut self, axis: u8) -> Option<i32> {
+        self.module.position(axis)
+    }
+
+    /// How fast an axis turns, in microsteps per second whatever its unit mode, positive to the right;
+    /// none if there is no such axis.
+    pub fn speed(&mut self, axis: u8) -> Option<i32> {
+        self.module.speed(axis)
+    }
+
+    /// When a motion next arrives, stops, reaches a constant speed or ends a wait between two moves by
+    /// itself: between two such moments and two commands, speeds change steadily.
+    pub fn next_motion_event(&mut self) -> Option<Instant> {
+        self.module.board_mut().next_event()
     }
 
     /// Lets time pass.

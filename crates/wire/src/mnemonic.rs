@@ -80,12 +80,26 @@ impl fmt::Display for ParseError<'_> {
 
 impl core::error::Error for ParseError<'_> {}
 
+/// How many keywords a pattern spells out.
+const MAX_WORDS: usize = 6;
+
 impl fmt::Display for Form {
-    /// The pattern of the command: `MVP <ABS|REL|COORD>, <motor>, <position>`.
+    /// The pattern of the command: `MVP <ABS|REL|COORD>, <motor>, <position>`. Operands with many
+    /// keywords are named: `JC <condition>, <address>`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.mnemonic)?;
         for (at, operand) in self.operands.iter().enumerate() {
-            write!(f, "{}<{}>", if at == 0 { " " } else { ", " }, operand.name)?;
+            f.write_str(if at == 0 { " <" } else { ", <" })?;
+            match operand.words {
+                [] => f.write_str(operand.name)?,
+                words if words.len() > MAX_WORDS => f.write_str(operand.name)?,
+                words => {
+                    for (at, (word, _)) in words.iter().enumerate() {
+                        write!(f, "{}{word}", if at == 0 { "" } else { "|" })?;
+                    }
+                }
+            }
+            f.write_str(">")?;
         }
         Ok(())
     }
@@ -114,20 +128,19 @@ pub fn parse(line: &str) -> Result<Command, ParseError<'_>> {
         return parse_raw(number, rest);
     }
     let form = opcode::form_by_mnemonic(name).ok_or(ParseError::UnknownMnemonic(name))?;
-    let found = operands(rest).count();
-    if found != form.operands.len() && !may_leave_out_operand(form, rest, found) {
-        return Err(ParseError::OperandCount { form, found });
-    }
     let mut command = Command::new(form.opcode.number(), 0, 0, 0);
-    for (text, &operand) in operands(rest).zip(form.operands) {
+    let surplus = form.surplus();
+    for (text, &operand) in operands(rest).zip(form.operands.iter().chain(&surplus)) {
         fill(&mut command, text, operand)?;
     }
+    let wanted = form.operands.len();
+    let found = operands(rest).count();
+    let ends_early = found + 1 == wanted && form.may_end_early(command.kind);
+    let has_surplus = found == wanted + 1 && surplus.is_some();
+    if found != wanted && !ends_early && !has_surplus {
+        return Err(ParseError::OperandCount { form, found });
+    }
     Ok(command)
-}
-
-/// `CALC NOT` needs no second operand; every other operation does.
-fn may_leave_out_operand(form: &Form, rest: &str, found: usize) -> bool {
-    form.opcode == crate::Opcode::Calc && found == 1 && rest.trim().eq_ignore_ascii_case("NOT")
 }
 
 /// The operands of a command that is written as a number.
@@ -247,6 +260,13 @@ mod tests {
     }
 
     #[test]
+    fn operands_without_a_meaning_may_be_left_out_or_written() {
+        reads("CALC NOT", [19, 8, 0, 0, 0, 0, 0]);
+        reads("CALC NOT, 0", [19, 8, 0, 0, 0, 0, 0]);
+        reads("GCO 0, 255, 0", [31, 0, 255, 0, 0, 0, 0]);
+    }
+
+    #[test]
     fn case_blanks_and_comments_do_not_matter() {
         reads("  mvp abs ,0,%1010 // ten", [4, 0, 0, 0, 0, 0, 10]);
     }
@@ -265,6 +285,10 @@ mod tests {
 
     #[test]
     fn errors_say_what_would_be_right() {
+        refuses(
+            "WAIT POS",
+            "WAIT takes 3 operands, not 1: WAIT <TICKS|POS|REFSW|LIMSW|RFS>, <motor>, <ticks>",
+        );
         refuses("ROR 0", "ROR takes 2 operands, not 1: ROR <motor>, <velocity>");
         refuses(
             "MVP FAST, 0, 1",

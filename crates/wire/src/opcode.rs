@@ -308,6 +308,24 @@ impl Opcode {
     }
 }
 
+impl Form {
+    /// An operand that may be written behind the others and means nothing: the manual itself writes
+    /// `GCO 0, 255, 0` (3.6.23).
+    pub const fn surplus(&self) -> Option<Operand> {
+        match self.opcode {
+            Opcode::Gco => Some(VALUE),
+            _ => None,
+        }
+    }
+
+    /// Whether the last operand may be left out although there is one: that of `CALC NOT`, where
+    /// `kind` is the type field that the first operand gives.
+    pub const fn may_end_early(&self, kind: u8) -> bool {
+        const NOT: u8 = 8;
+        matches!(self.opcode, Opcode::Calc) && kind == NOT
+    }
+}
+
 /// The form of the command with this number, if it has a mnemonic.
 pub fn form(number: u8) -> Option<&'static Form> {
     FORMS
