@@ -76,11 +76,10 @@ pub fn format(tree: &Tree) -> String {
     printer.text
 }
 
-/// The lines with syntax errors, in order.
+/// The lines with syntax errors, in the order in which they are found, which is that of the lines.
 fn mistaken_lines(tree: &Tree) -> Vec<usize> {
     let places = tree.diagnostics().iter().map(|diagnostic| diagnostic.location.span.start);
     let mut lines: Vec<_> = places.map(|start| tree.line_at(start)).collect();
-    lines.sort_unstable();
     lines.dedup();
     lines
 }

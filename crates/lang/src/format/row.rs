@@ -149,7 +149,6 @@ pub(super) fn place_comments(rows: &mut [Row<'_>], at_top: bool) {
 fn column(text: &str) -> usize {
     text.chars().fold(0, |column, character| match character {
         '\t' => column / TAB * TAB + TAB,
-        '\u{1A}' | '\u{FEFF}' => column,
         _ => column + 1,
     })
 }

@@ -150,6 +150,12 @@ Lbl0:     SAP 4, 0, 51200           // Maximum positioning speed, pps
     );
 }
 
+#[test]
+fn a_name_keeps_its_distance_from_a_wide_command() {
+    let line = "          SAP 193, 255, -2147483648";
+    shows(line, &with_names(), &format!("//from a module\n{line}  // Reference search mode\n"));
+}
+
 /// Every number with every type and some motors, and with every motor and some types.
 #[test]
 fn every_record_comes_back() {
