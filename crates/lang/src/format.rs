@@ -58,7 +58,7 @@ pub fn format(tree: &Tree) -> String {
         line_end: line_end(tree),
         blank_lines: 0,
     };
-    // Lines up to the next blank one: what a line looks like depends on no others.
+    // Lines up to the next blank one: how a line looks depends on none outside.
     let mut paragraph = Vec::new();
     let mut code = String::new();
     for (number, line) in tree.lines().iter().enumerate() {

@@ -22,10 +22,8 @@ pub(super) fn write(tree: &Tree, line: &Line, text: &mut String) {
         | Statement::Numbered { number: head, .. } => (head, None),
         Statement::Command { mnemonic: head, form, .. } => (head, form),
     };
-    let is_command =
-        matches!(line.statement, Statement::Command { .. } | Statement::Numbered { .. });
     let labels = text[start..].chars().count();
-    let blanks = match (labels, is_command) {
+    let blanks = match (labels, is_command(line)) {
         (0, true) => INDENT,
         (0, false) => 0,
         _ => INDENT.saturating_sub(labels).max(1),
@@ -46,6 +44,11 @@ pub(super) fn write(tree: &Tree, line: &Line, text: &mut String) {
             }
         }
     }
+}
+
+/// Whether a line has a command, by its name or by its number.
+pub(super) fn is_command(line: &Line) -> bool {
+    matches!(line.statement, Statement::Command { .. } | Statement::Numbered { .. })
 }
 
 fn write_head(tree: &Tree, line: &Line, head: TokenId, text: &mut String) {

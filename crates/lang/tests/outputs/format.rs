@@ -5,7 +5,7 @@ use opentmcl_lang::tree::{TokenId, Tree};
 use opentmcl_lang::{MAX_TEXT, format};
 use proptest::prelude::*;
 
-use super::assembled;
+use super::{assembled, programs_of_the_manuals};
 
 #[track_caller]
 fn formats(text: &str, expected: &str) {
@@ -398,6 +398,13 @@ fn line() -> impl Strategy<Value = String> {
     let comment = prop::sample::select(vec!["", "", "//a", "// b  ", ";c", "  //d", "\t\t\t// e"]);
     (blank(), statement, blank(), comment)
         .prop_map(|(indent, statement, gap, comment)| format!("{indent}{statement}{gap}{comment}"))
+}
+
+#[test]
+fn the_manuals_programs_keep_their_meaning() {
+    for (name, text) in programs_of_the_manuals() {
+        check(&text).unwrap_or_else(|error| panic!("{}: {error}", name.display()));
+    }
 }
 
 proptest! {
