@@ -189,13 +189,7 @@ impl Collector<'_> {
         });
     }
 
-    fn add_included(
-        &mut self,
-        location: Location,
-        name: &str,
-        text: String,
-        built_in: bool,
-    ) {
+    fn add_included(&mut self, location: Location, name: &str, text: String, built_in: bool) {
         let is_open =
             self.including.iter().any(|&open| self.files[usize::from(open.0)].name == name);
         if is_open {
