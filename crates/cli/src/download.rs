@@ -80,7 +80,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let identity = programmer.identity();
     let module = chosen.or_else(|| by_number(identity?.number));
     let commands = program::load(&args.file, &args.source, module)?.commands;
-    programmer.check(&commands)?;
     must_not_be_protected(&mut programmer, args.verify)?;
 
     let start = Instant::now();
