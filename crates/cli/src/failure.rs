@@ -19,6 +19,8 @@ pub(crate) struct Failure {
 enum Kind {
     Failed,
     WrongUsage,
+    /// The output says it all.
+    Told,
     /// Whoever read the output has seen enough.
     NobodyListens,
 }
@@ -35,6 +37,11 @@ impl Failure {
     /// Something that cannot be done was asked for: exit status 2.
     pub(crate) fn usage(message: impl ToString) -> Self {
         Self { kind: Kind::WrongUsage, ..Self::new(message) }
+    }
+
+    /// Something failed, and the output says what: exit status 1 without a further word.
+    pub(crate) fn told() -> Self {
+        Self { kind: Kind::Told, ..Self::new("") }
     }
 
     /// What the user can do about it.
@@ -68,8 +75,10 @@ failures_with_help!(ConnectionError, EepromFileError, PtyError, TcpError, Transf
 /// Reports a failure and says how the program ends.
 pub(crate) fn exit_code(result: Result<(), Failure>) -> ExitCode {
     let Err(failure) = result else { return ExitCode::SUCCESS };
-    if failure.kind == Kind::NobodyListens {
-        return ExitCode::SUCCESS;
+    match failure.kind {
+        Kind::NobodyListens => return ExitCode::SUCCESS,
+        Kind::Told => return ExitCode::FAILURE,
+        Kind::Failed | Kind::WrongUsage => {}
     }
     anstream::eprintln!("{ERROR}error{ERROR:#}: {}", failure.message);
     if let Some(help) = failure.help {

@@ -1,20 +1,25 @@
 //! The program `tmcl`: one file per subcommand, each as thin as it can be.
 
 mod asm;
+mod check;
 mod conform;
 mod connect;
 mod control;
 mod diagnostics;
+mod disasm;
 mod download;
 mod exec;
 mod failure;
+mod fmt;
 mod local;
 mod lookup;
 mod modules;
+mod output;
 mod program;
 mod progress;
 mod serve;
 mod sources;
+mod terminal;
 mod upload;
 
 use std::process::ExitCode;
@@ -35,7 +40,9 @@ const EXAMPLES: &str = "\
 Examples:
   tmcl serve tmcm-6214                          a virtual module for any TMCL client
   tmcl exec -c virtual:tmcm-6214 'GAP 5, 0'     one command, one reply
-  tmcl modules tmcm-6214                        everything that the module has";
+  tmcl modules tmcm-6214                        everything that the module has
+  tmcl check spin.tmc                           mistakes in a program
+  tmcl asm spin.tmc                             a program as the file that modules take";
 
 #[derive(Subcommand)]
 enum Command {
@@ -43,6 +50,9 @@ enum Command {
     Serve(serve::Args),
     Exec(exec::Args),
     Asm(asm::Args),
+    Disasm(disasm::Args),
+    Check(check::Args),
+    Fmt(fmt::Args),
     Download(download::Args),
     Upload(upload::Args),
     Run(control::RunArgs),
@@ -59,6 +69,9 @@ fn main() -> ExitCode {
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
         Command::Asm(args) => failure::exit_code(asm::run(&args)),
+        Command::Disasm(args) => failure::exit_code(disasm::run(&args)),
+        Command::Check(args) => failure::exit_code(check::run(&args)),
+        Command::Fmt(args) => failure::exit_code(fmt::run(&args)),
         Command::Download(args) => failure::exit_code(download::run(&args)),
         Command::Upload(args) => failure::exit_code(upload::run(&args)),
         Command::Run(args) => failure::exit_code(control::run(&args)),

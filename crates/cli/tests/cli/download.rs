@@ -22,14 +22,15 @@ again:  MVP ABS, 0, 6400
         STOP
 ";
 
-const UPLOADED: &str = "\
-SGP 10, 2, 3
-MVP ABS, 0, 6400
-WAIT POS, 0, 0
-MVP ABS, 0, 0
-WAIT POS, 0, 0
-DJNZ 10, 1
-STOP
+/// As the disassembler lays it out: commands from column 10, a label where a jump leads to.
+const UPLOADED: &str = "          SGP 10, 2, 3
+
+Lbl1:     MVP ABS, 0, 6400
+          WAIT POS, 0, 0
+          MVP ABS, 0, 0
+          WAIT POS, 0, 0
+          DJNZ 10, Lbl1
+          STOP
 ";
 
 /// The same by hand: opcode, type, motor or bank, value with the highest byte first, and the sum.
@@ -73,15 +74,18 @@ fn a_program_gets_onto_the_module_and_back_over_both_lines() {
 
         let binary = folder.path().join("stage.bin");
         let done = stdout_of(&["upload", "-c", uri, "-o", text(&binary)]);
-        assert_eq!(done, format!("7 commands written to {}\n", text(&binary)));
+        assert_eq!(done, format!("{}: 7 commands\n", text(&binary)));
         assert_eq!(fs::read(&binary).unwrap(), BINARY.as_flattened());
 
         stdout_of(&["exec", "-c", uri, "132 0, 0, 0", "STOP", "0 0, 0, 0", "133 0, 0, 0"]);
-        assert_eq!(stdout_of(&["upload", "-c", uri]), "STOP\n");
+        assert_eq!(stdout_of(&["upload", "-c", uri]), "          STOP\n");
         stdout_of(&["download", text(&binary), "-c", uri]);
         let again = folder.path().join("again.tmc");
         stdout_of(&["upload", "-c", uri, "-o", text(&again)]);
         assert_eq!(fs::read_to_string(&again).unwrap(), UPLOADED);
+        stdout_of(&["download", text(&again), "-c", uri, "--verify"]);
+        stdout_of(&["upload", "-c", uri, "-o", text(&binary)]);
+        assert_eq!(fs::read(&binary).unwrap(), BINARY.as_flattened(), "by way of its source");
     }
 }
 
