@@ -15,9 +15,11 @@ mod local;
 mod lookup;
 mod modules;
 mod output;
+mod plot;
 mod program;
 mod progress;
 mod serve;
+mod sim;
 mod sources;
 mod terminal;
 mod upload;
@@ -42,7 +44,8 @@ Examples:
   tmcl exec -c virtual:tmcm-6214 'GAP 5, 0'     one command, one reply
   tmcl modules tmcm-6214                        everything that the module has
   tmcl check spin.tmc                           mistakes in a program
-  tmcl asm spin.tmc                             a program as the file that modules take";
+  tmcl asm spin.tmc                             a program as the file that modules take
+  tmcl sim spin.tmc -m tmcm-6214                what a program does, in virtual time";
 
 #[derive(Subcommand)]
 enum Command {
@@ -60,6 +63,7 @@ enum Command {
     Step(control::StepArgs),
     Reset(control::ResetArgs),
     Status(control::StatusArgs),
+    Sim(sim::Args),
     Conform(conform::Args),
 }
 
@@ -79,6 +83,7 @@ fn main() -> ExitCode {
         Command::Step(args) => failure::exit_code(control::step(&args)),
         Command::Reset(args) => failure::exit_code(control::reset(&args)),
         Command::Status(args) => failure::exit_code(control::status(&args)),
+        Command::Sim(args) => failure::exit_code(sim::run(&args)),
         Command::Conform(args) => conform::run(args),
     }
 }

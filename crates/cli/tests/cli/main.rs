@@ -4,12 +4,13 @@
 mod asm;
 mod check;
 mod common;
-mod control;
 mod disasm;
+mod control;
 mod download;
 mod exec;
 mod fmt;
 mod lab;
 mod modules;
 mod serve;
+mod sim;
 mod usage;
