@@ -50,7 +50,8 @@ pub fn assemble(
         redefined: Vec::new(),
         diagnostics: Vec::new(),
     };
-    collector.add(File { name: name.into(), built_in: false, tree: Tree::parse(text) });
+    let tree = Tree::parse(text);
+    collector.add(File { name: name.into(), built_in: false, included_at: None, tree });
     collector.finish(options)
 }
 
@@ -188,7 +189,13 @@ impl Collector<'_> {
         });
     }
 
-    fn add_included(&mut self, location: Location, name: &str, text: String, built_in: bool) {
+    fn add_included(
+        &mut self,
+        location: Location,
+        name: &str,
+        text: String,
+        built_in: bool,
+    ) {
         let is_open =
             self.including.iter().any(|&open| self.files[usize::from(open.0)].name == name);
         if is_open {
@@ -204,7 +211,8 @@ impl Collector<'_> {
             );
             return self.report(Diagnostic::new(Code::TooMuchText, location, message));
         }
-        self.add(File { name: name.into(), built_in, tree: Tree::parse(text) });
+        let tree = Tree::parse(text);
+        self.add(File { name: name.into(), built_in, included_at: Some(location), tree });
     }
 
     fn finish(mut self, options: Options) -> Assembly {

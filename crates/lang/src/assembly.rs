@@ -29,6 +29,8 @@ pub struct File {
     pub name: String,
     /// Whether it is one of those that come with the tools.
     pub built_in: bool,
+    /// The name in the `#include` by which it came; nowhere for the main file.
+    pub included_at: Option<Location>,
     /// What is in it.
     pub tree: Tree,
 }

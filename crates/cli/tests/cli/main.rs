@@ -1,8 +1,15 @@
 //! The program `tmcl` as its users see it.
 #![expect(clippy::unwrap_used, reason = "the panic of a test is its report")]
 
+mod asm;
+mod check;
 mod common;
+mod disasm;
+mod control;
+mod download;
 mod exec;
+mod fmt;
+mod lab;
 mod modules;
 mod serve;
 mod sim;
