@@ -4,6 +4,7 @@ use std::io;
 use std::process::ExitCode;
 
 use anstyle::{AnsiColor, Style};
+use opentmcl_link::program::TransferError;
 use opentmcl_link::{ConnectionError, EepromFileError, PtyError, TcpError};
 
 /// Why a subcommand did not do what it was asked to.
@@ -69,7 +70,7 @@ macro_rules! failures_with_help {
         }
     )*};
 }
-failures_with_help!(ConnectionError, EepromFileError, PtyError, TcpError);
+failures_with_help!(ConnectionError, EepromFileError, PtyError, TcpError, TransferError);
 
 /// Reports a failure and says how the program ends.
 pub(crate) fn exit_code(result: Result<(), Failure>) -> ExitCode {

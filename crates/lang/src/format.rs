@@ -38,7 +38,8 @@ const BLANK_LINES: usize = 2;
 ///   line that has no code move to the right together. Code wider than 48 moves only its own.
 /// - A comment on a line of its own goes with the code below it if it stood in the same column.
 ///   Otherwise it stays at the left margin if it stood there, and is indented as commands are if it did
-///   not. One that continues the comment at the end of the line above stays below that.
+///   not. The title of the file stays at the left margin. A comment that continues the one at the end
+///   of the line above stays below that.
 /// - At most two blank lines follow each other, and none stand at the top and at the end.
 /// - All lines end in the way in which most of them do; the last one ends, too.
 /// - Blanks at the ends of lines, and the end mark of DOS, go.
@@ -57,7 +58,7 @@ pub fn format(tree: &Tree) -> String {
         line_end: line_end(tree),
         blank_lines: 0,
     };
-    // Lines up to the next blank one: what a line looks like depends on no others.
+    // Lines up to the next blank one: how a line looks depends on none outside.
     let mut paragraph = Vec::new();
     let mut code = String::new();
     for (number, line) in tree.lines().iter().enumerate() {
@@ -75,11 +76,10 @@ pub fn format(tree: &Tree) -> String {
     printer.text
 }
 
-/// The lines with syntax errors, in order.
+/// The lines with syntax errors, in the order in which they are found, which is that of the lines.
 fn mistaken_lines(tree: &Tree) -> Vec<usize> {
     let places = tree.diagnostics().iter().map(|diagnostic| diagnostic.location.span.start);
     let mut lines: Vec<_> = places.map(|start| tree.line_at(start)).collect();
-    lines.sort_unstable();
     lines.dedup();
     lines
 }
@@ -116,7 +116,7 @@ impl Printer {
         }
         self.blank_lines = 0;
         row::find_continuations(rows);
-        row::align_with_code_below(rows);
+        row::place_comments(rows, self.text.is_empty());
         let mut rest = &rows[..];
         while let Some(first) = rest.first() {
             let length = match first.belongs_to_block() {

@@ -90,9 +90,8 @@ pub(super) fn read<'t>(
         let EndComment { text, column } = comment?;
         return Some(Row::Comment(CommentRow { text, column, indent: 0, continues: false }));
     }
-    let is_command =
-        matches!(line.statement, Statement::Command { .. } | Statement::Numbered { .. });
-    let indent = if is_command && tree.labels(line).is_empty() { INDENT } else { 0 };
+    let has_label = !tree.labels(line).is_empty();
+    let indent = if statement::is_command(line) && !has_label { INDENT } else { 0 };
     let first = line.tokens.clone().map(TokenId);
     let first = first.into_iter().find(|&token| tree.kind(token) != TokenKind::Blank);
     let start = buffer.len();
@@ -121,7 +120,9 @@ pub(super) fn find_continuations(rows: &mut [Row<'_>]) {
 }
 
 /// Decides where comments stand that have a line of their own.
-pub(super) fn align_with_code_below(rows: &mut [Row<'_>]) {
+///
+/// Those at the top of the text and at the left margin are about the whole file: they stay there.
+pub(super) fn place_comments(rows: &mut [Row<'_>], at_top: bool) {
     let mut below = None;
     for row in rows.iter_mut().rev() {
         match row {
@@ -136,13 +137,17 @@ pub(super) fn align_with_code_below(rows: &mut [Row<'_>]) {
             }
         }
     }
+    let title = rows.iter_mut().map_while(|row| match row {
+        Row::Comment(comment) if at_top => Some(comment),
+        _ => None,
+    });
+    title.filter(|comment| comment.column == 0).for_each(|comment| comment.indent = 0);
 }
 
 /// The column behind a text at the beginning of a line.
 fn column(text: &str) -> usize {
     text.chars().fold(0, |column, character| match character {
         '\t' => column / TAB * TAB + TAB,
-        '\u{1A}' | '\u{FEFF}' => column,
         _ => column + 1,
     })
 }

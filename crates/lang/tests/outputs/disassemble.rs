@@ -5,7 +5,7 @@ use opentmcl_wire::Command;
 use opentmcl_wire::opcode::FORMS;
 use proptest::prelude::*;
 
-use super::commands;
+use super::{assembled, commands, programs_of_the_manuals};
 
 const PLAIN: Disassembly<'_> = Disassembly { module: None, title: None };
 
@@ -150,6 +150,12 @@ Lbl0:     SAP 4, 0, 51200           // Maximum positioning speed, pps
     );
 }
 
+#[test]
+fn a_name_keeps_its_distance_from_a_wide_command() {
+    let line = "          SAP 193, 255, -2147483648";
+    shows(line, &with_names(), &format!("//from a module\n{line}  // Reference search mode\n"));
+}
+
 /// Every number with every type and some motors, and with every motor and some types.
 #[test]
 fn every_record_comes_back() {
@@ -167,6 +173,15 @@ fn every_record_comes_back() {
             .collect();
         assert_eq!(commands(&disassemble(&program, &PLAIN)), program, "command {number}");
         assert_eq!(commands(&disassemble(&program, &with_names())), program, "command {number}");
+    }
+}
+
+#[test]
+fn the_manuals_programs_come_back() {
+    for (name, text) in programs_of_the_manuals() {
+        let program: Vec<_> = assembled(&text).commands().collect();
+        let back = commands(&disassemble(&program, &with_names()));
+        assert_eq!(back, program, "{}", name.display());
     }
 }
 
