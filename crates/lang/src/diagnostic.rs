@@ -194,6 +194,33 @@ codes! {
     /// The module refuses this command in a program: it is for hosts only, or for customer specific
     /// firmware.
     CommandNotAvailable = "command-not-available" Fault;
+    /// The command does not do this with its operands: SWAP and COMP are not defined for each of the
+    /// CALC commands, and a number in place of a word must be that of one of the words.
+    NoSuchOperation = "no-such-operation" Fault;
+    /// The module has fewer axes, or the operand of MVP COORD chooses none.
+    NoSuchAxis = "no-such-axis" Fault;
+    /// The module, or this axis of it, has no axis parameter with this number.
+    NoSuchAxisParameter = "no-such-axis-parameter" Fault;
+    /// The module has no bank with this number.
+    NoSuchBank = "no-such-bank" Fault;
+    /// The bank has no global parameter with this number.
+    NoSuchGlobalParameter = "no-such-global-parameter" Fault;
+    /// The bank has no input (GIO) or no output (SIO) with this number.
+    NoSuchPort = "no-such-port" Fault;
+    /// The module has no interrupt with this number, or it is 255, which has no handler.
+    NoSuchInterrupt = "no-such-interrupt" Fault;
+    /// An axis has the coordinates 0..20.
+    NoSuchCoordinate = "no-such-coordinate" Fault;
+    /// There are the user variables 0..255.
+    NoSuchVariable = "no-such-variable" Fault;
+    /// The parameter can only be read.
+    NotWritable = "not-writable" Fault;
+    /// The parameter cannot be stored in the EEPROM.
+    NotStorable = "not-storable" Fault;
+    /// The module refuses this value for this parameter, output or speed.
+    ValueOutOfRange = "value-out-of-range" Fault;
+    /// A negative time counts as 0; only -1 has a meaning of its own, the time in the accumulator.
+    NegativeTime = "negative-time" Warning;
     /// WAIT REFSW and WAIT LIMSW with a time-out of 0 wait for ever for a switch that does not close.
     WaitWithoutTimeOut = "wait-without-time-out" Hint;
 }
