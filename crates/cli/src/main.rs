@@ -7,6 +7,7 @@ mod exec;
 mod failure;
 mod local;
 mod lookup;
+mod lsp;
 mod modules;
 mod program;
 mod serve;
@@ -39,6 +40,7 @@ enum Command {
     Exec(exec::Args),
     Asm(asm::Args),
     Conform(conform::Args),
+    Lsp(lsp::Args),
 }
 
 fn main() -> ExitCode {
@@ -48,5 +50,6 @@ fn main() -> ExitCode {
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
         Command::Asm(args) => failure::exit_code(asm::run(&args)),
         Command::Conform(args) => conform::run(args),
+        Command::Lsp(args) => lsp::run(args),
     }
 }

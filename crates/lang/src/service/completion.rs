@@ -112,7 +112,7 @@ impl Service<'_> {
             Place::IncludeName => {
                 list.replace = within_quotes(tree, cursor.word);
                 for name in builtin::names() {
-                    list.add(CompletionKind::File, name, "comes with the tools");
+                    list.add(CompletionKind::File, &name, "comes with the tools");
                 }
             }
             Place::Comment => comment(&mut list, tree, offset),
