@@ -52,7 +52,9 @@ pub(crate) fn run(args: Args) -> ExitCode {
 /// Serves until the editor has gone; true if it had announced that.
 fn serve(args: Args) -> Result<bool, Failure> {
     let module = args.module.as_deref().map(lookup::module).transpose()?;
-    let settings = Settings { module, include: args.include };
+    // An editor needs whole paths.
+    let absolute = |folder: PathBuf| std::path::absolute(&folder).unwrap_or(folder);
+    let settings = Settings { module, include: args.include.into_iter().map(absolute).collect() };
     let incoming = transport::incoming();
     let mut server = Server::new(settings, std::io::stdout().lock());
     loop {
