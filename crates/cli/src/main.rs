@@ -13,6 +13,7 @@ mod failure;
 mod fmt;
 mod local;
 mod lookup;
+mod lsp;
 mod modules;
 mod output;
 mod plot;
@@ -65,6 +66,7 @@ enum Command {
     Status(control::StatusArgs),
     Sim(sim::Args),
     Conform(conform::Args),
+    Lsp(lsp::Args),
 }
 
 fn main() -> ExitCode {
@@ -85,5 +87,6 @@ fn main() -> ExitCode {
         Command::Status(args) => failure::exit_code(control::status(&args)),
         Command::Sim(args) => failure::exit_code(sim::run(&args)),
         Command::Conform(args) => conform::run(args),
+        Command::Lsp(args) => lsp::run(args),
     }
 }
