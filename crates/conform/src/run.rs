@@ -5,70 +5,17 @@ use std::collections::VecDeque;
 use opentmcl_wire::serial::{self, FRAME_LEN};
 use opentmcl_wire::{Command, Duration, Status, control};
 
-use crate::parse::{DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, StepKind, Transcript};
+use crate::target::{Moment, Target, TargetError};
+use crate::transcript::{
+    Body, Case, Condition, DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, StepKind,
+    Transcript,
+};
 
 /// How long a reply may take. The longest telegram pause is 255 ms.
 pub const REPLY_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// How long one more reply, which should have come by now, may be on its way.
 const EXTRA_REPLY_TIMEOUT: Duration = Duration::from_millis(20);
-
-/// A module that transcripts can be run against.
-pub trait Target {
-    /// Sends nine bytes by this line; `None` is whatever line there is, on a virtual module USB.
-    ///
-    /// # Errors
-    /// When the connection is lost, or the target has no such line.
-    fn send(&mut self, line: Option<Line>, frame: [u8; FRAME_LEN]) -> Result<(), TargetError>;
-
-    /// The next nine bytes from the module; `None` if none come within `timeout`.
-    ///
-    /// # Errors
-    /// When the connection is lost.
-    fn receive(&mut self, timeout: Duration) -> Result<Option<[u8; FRAME_LEN]>, TargetError>;
-
-    /// Lets time pass.
-    ///
-    /// # Errors
-    /// When the connection is lost.
-    fn wait(&mut self, time: Duration) -> Result<(), TargetError>;
-
-    /// Switches the module off and on.
-    ///
-    /// # Errors
-    /// Of kind [`TargetError::Unable`] where that cannot be done.
-    fn power_cycle(&mut self) -> Result<(), TargetError>;
-
-    /// Sets the level of a digital input.
-    ///
-    /// # Errors
-    /// Of kind [`TargetError::Unable`] where that cannot be done.
-    fn set_input(&mut self, number: u8, high: bool) -> Result<(), TargetError>;
-
-    /// Sets the reading of an analog input.
-    ///
-    /// # Errors
-    /// Of kind [`TargetError::Unable`] where that cannot be done.
-    fn set_analog(&mut self, number: u8, reading: u16) -> Result<(), TargetError>;
-
-    /// Takes a new module as it leaves the factory; where there is only one, restarts it, so that
-    /// at least what it has in RAM is new.
-    ///
-    /// # Errors
-    /// When it does not come back.
-    fn fresh(&mut self) -> Result<(), TargetError>;
-}
-
-/// Why a target does not do what a step asks for.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TargetError {
-    /// It cannot, by its nature: the rest of the file is skipped.
-    #[error("{0}")]
-    Unable(String),
-    /// Something broke: the file has failed.
-    #[error("{0}")]
-    Broken(String),
-}
 
 /// An expectation that was not met.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,9 +28,18 @@ pub struct Failure {
     pub expected: String,
     /// What came.
     pub got: String,
+    /// When and where.
+    pub moment: Moment,
 }
 
-/// The rest of a file that a target cannot do.
+impl Failure {
+    fn broken(line: usize, got: String, moment: Moment) -> Self {
+        let (command, expected) = ("the connection".into(), "a working connection".into());
+        Self { line, command, expected, got, moment }
+    }
+}
+
+/// The rest of a case that a target cannot do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Skipped {
     /// First line that was not done.
@@ -99,8 +55,8 @@ pub struct Outcome {
     pub expectations: usize,
     /// Those that were not met.
     pub failures: Vec<Failure>,
-    /// The rest that was not done.
-    pub skipped: Option<Skipped>,
+    /// What was not done of each case that was not run to its end.
+    pub skipped: Vec<Skipped>,
 }
 
 impl Outcome {
@@ -110,23 +66,50 @@ impl Outcome {
     }
 }
 
-/// Runs a transcript from its first step. The target is expected to be a new module.
+/// Runs all cases of a transcript, one after the other. The target is expected to be a new module.
 ///
-/// A failed expectation does not end it: what follows is told as well.
+/// A failed expectation ends nothing: what follows is told as well.
 pub fn run(transcript: &Transcript, target: &mut dyn Target) -> Outcome {
+    let mut outcome = Outcome::default();
+    for (at, case) in transcript.cases.iter().enumerate() {
+        if at > 0 {
+            match target.fresh() {
+                Ok(()) => {}
+                Err(TargetError::Unable(reason)) => {
+                    outcome.skipped.push(Skipped { line: case.line, reason });
+                    continue;
+                }
+                Err(TargetError::Broken(reason)) => {
+                    let moment = target.moment();
+                    outcome.failures.push(Failure::broken(case.line, reason, moment));
+                    return outcome;
+                }
+            }
+        }
+        let Outcome { expectations, failures, skipped } = run_case(transcript, case, target);
+        outcome.expectations += expectations;
+        outcome.failures.extend(failures);
+        outcome.skipped.extend(skipped);
+    }
+    outcome
+}
+
+/// Runs the set-up of a transcript and one of its cases. The target is expected to be a new module.
+pub fn run_case(transcript: &Transcript, case: &Case, target: &mut dyn Target) -> Outcome {
     let mut runner =
         Runner { target, port: None, extras: VecDeque::new(), outcome: Outcome::default() };
-    let mut last_line = 1;
-    for step in &transcript.steps {
+    let mut last_line = case.line;
+    for step in transcript.setup.iter().chain(&case.steps) {
         last_line = step.line;
         match runner.step(step.line, &step.kind) {
             Ok(()) => {}
             Err(TargetError::Unable(reason)) => {
-                runner.outcome.skipped = Some(Skipped { line: step.line, reason });
+                runner.outcome.skipped.push(Skipped { line: step.line, reason });
                 return runner.outcome;
             }
             Err(TargetError::Broken(reason)) => {
-                runner.fail(step.line, "the connection", "a working connection", reason);
+                let failure = Failure::broken(step.line, reason, runner.target.moment());
+                runner.outcome.failures.push(failure);
                 return runner.outcome;
             }
         }
@@ -149,6 +132,12 @@ impl Runner<'_> {
             StepKind::Exchange(exchange) => self.exchange(exchange),
             StepKind::ExtraReply(expected) => self.extra(line, expected),
             StepKind::Program(program) => self.load(line, program),
+            StepKind::Expect(conditions) => {
+                conditions.iter().try_for_each(|condition| self.expect(line, condition))
+            }
+            StepKind::WaitUntil { text, conditions, at_most } => {
+                self.wait_until(line, text, conditions, *at_most)
+            }
             StepKind::Wait(time) => self.target.wait(*time),
             StepKind::Port(port) => {
                 self.port = Some(*port);
@@ -207,12 +196,91 @@ impl Runner<'_> {
     }
 
     fn load(&mut self, line: usize, program: &Program) -> Result<(), TargetError> {
+        self.target.loading(program);
         let begin = Command::new(control::START_DOWNLOAD, 0, 0, program.address);
         self.control(line, "program", begin, Status::OK)?;
-        for source in &program.commands {
-            self.control(source.line, &source.text, source.command, Status::LOADED)?;
+        match &program.body {
+            Body::Lines(lines) => {
+                for source in lines {
+                    self.control(source.line, &source.text, source.command, Status::LOADED)?;
+                }
+            }
+            Body::File(program) => {
+                let before = self.outcome.expectations;
+                for &command in &program.commands {
+                    self.control(line, &command.to_string(), command, Status::LOADED)?;
+                }
+                // The author expects one thing of it, however long it is.
+                self.outcome.expectations = before;
+            }
         }
         self.control(line, "end", Command::new(control::END_DOWNLOAD, 0, 0, 0), Status::OK)
+    }
+
+    fn expect(&mut self, line: usize, condition: &Condition) -> Result<(), TargetError> {
+        self.outcome.expectations += 1;
+        let got = self.look(condition)?;
+        if !got.as_ref().is_ok_and(|&value| condition.is_met(value)) {
+            let got = got.map_or_else(|reply| reply, |value| condition.meaning.describe(value));
+            self.fail(line, &format!("expect {}", condition.text), &condition.expected, got);
+        }
+        Ok(())
+    }
+
+    /// Looks again and again until all conditions hold at once, the time is over or the module
+    /// refuses to say.
+    fn wait_until(
+        &mut self,
+        line: usize,
+        text: &str,
+        conditions: &[Condition],
+        at_most: Duration,
+    ) -> Result<(), TargetError> {
+        self.outcome.expectations += 1;
+        let end = self.target.moment().time + at_most;
+        loop {
+            let Some(unmet) = self.first_unmet(conditions)? else { return Ok(()) };
+            let left = end.checked_sub(self.target.moment().time);
+            match (unmet, left) {
+                ((_, Ok(_)), Some(left)) if left.as_ticks() > 0 => self.target.pause(left)?,
+                ((condition, got), _) => {
+                    let got = got.map_or_else(|reply| reply, |v| condition.meaning.describe(v));
+                    let subject = &condition.text;
+                    let expected = format!("{subject} within {}", in_words(at_most));
+                    self.fail(line, text, expected, got);
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    /// The first condition that does not hold, and the value or reply because of which it does not.
+    fn first_unmet<'c>(
+        &mut self,
+        conditions: &'c [Condition],
+    ) -> Result<Option<(&'c Condition, Result<i32, String>)>, TargetError> {
+        for condition in conditions {
+            let got = self.look(condition)?;
+            if !got.as_ref().is_ok_and(|&value| condition.is_met(value)) {
+                return Ok(Some((condition, got)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The value that a condition is about, or the reply that has none.
+    fn look(&mut self, condition: &Condition) -> Result<Result<i32, String>, TargetError> {
+        let command = condition.command;
+        let frame = self.ask(serial::encode_request(DEFAULT_ADDRESS, command))?;
+        let reply = frame.and_then(|frame| serial::decode_reply(frame).ok());
+        Ok(match reply {
+            Some(answer)
+                if answer.reply.status == Status::OK && answer.reply.number == command.number =>
+            {
+                Ok(answer.reply.value)
+            }
+            _ => Err(describe(frame)),
+        })
     }
 
     fn control(
@@ -244,7 +312,18 @@ impl Runner<'_> {
 
     fn fail(&mut self, line: usize, command: &str, expected: impl ToString, got: String) {
         let (command, expected) = (command.to_owned(), expected.to_string());
-        self.outcome.failures.push(Failure { line, command, expected, got });
+        let moment = self.target.moment();
+        self.outcome.failures.push(Failure { line, command, expected, got, moment });
+    }
+}
+
+/// A time in the unit in which it is a small number.
+fn in_words(time: Duration) -> String {
+    let micros = time.as_micros();
+    match micros {
+        _ if micros % 1_000_000 == 0 => format!("{} s", micros / 1_000_000),
+        _ if micros % 1000 == 0 => format!("{} ms", micros / 1000),
+        _ => format!("{micros} us"),
     }
 }
 
@@ -288,13 +367,14 @@ fn describe(reply: Option<[u8; FRAME_LEN]>) -> String {
 mod tests {
     use super::*;
     use crate::parse::parse;
+    use crate::programs::NoPrograms;
     use opentmcl_wire::Reply;
 
     /// Answers every command with status 100 and the value of the request plus one; commands to
     /// other addresses than 1 with silence.
-    #[derive(Default)]
     struct Echo {
         replies: VecDeque<[u8; FRAME_LEN]>,
+        time: Duration,
     }
 
     impl Target for Echo {
@@ -318,8 +398,18 @@ mod tests {
             Ok(self.replies.pop_front())
         }
 
-        fn wait(&mut self, _: Duration) -> Result<(), TargetError> {
+        fn wait(&mut self, time: Duration) -> Result<(), TargetError> {
+            self.time += time;
             Ok(())
+        }
+
+        fn pause(&mut self, at_most: Duration) -> Result<(), TargetError> {
+            self.time += at_most.min(Duration::from_millis(1));
+            Ok(())
+        }
+
+        fn moment(&mut self) -> Moment {
+            Moment { time: self.time, program: None }
         }
 
         fn power_cycle(&mut self) -> Result<(), TargetError> {
@@ -340,8 +430,10 @@ mod tests {
     }
 
     fn outcome(text: &str) -> Outcome {
-        let transcript = parse("test.txt", &format!("module tmcm-6214\n{text}")).unwrap();
-        run(&transcript, &mut Echo::default())
+        let text = format!("module tmcm-6214\n{text}");
+        let transcript = parse("test.txt", &text, &mut NoPrograms).unwrap();
+        let echo = Echo { replies: VecDeque::new(), time: Duration::from_ticks(0) };
+        run(&transcript, &mut { echo })
     }
 
     #[test]
@@ -395,7 +487,7 @@ mod tests {
         assert!(outcome.passed());
         assert_eq!(
             outcome.skipped,
-            Some(Skipped { line: 4, reason: "it has no switch".to_owned() })
+            [Skipped { line: 4, reason: "it has no switch".to_owned() }]
         );
     }
 
