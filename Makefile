@@ -1,5 +1,6 @@
 # Everything from a fresh checkout: `make run` to have a module, `make test` before a change goes in.
-# Needed beforehand: Rust 1.95 or later, Python 3.10 or later with venv, a C and C++ compiler.
+# Needed beforehand: Rust 1.95 or later, Python 3.10 or later with venv, a C and C++ compiler, Node.js 20
+# or later with npm.
 
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
@@ -35,7 +36,7 @@ run: ## Serve a virtual TMCM-6214 until Ctrl-C
 	@exec $(TARGET)/release/tmcl serve $(MODULE) $(ARGS)
 
 .PHONY: test
-test: fmt clippy test-rust conform test-python thumb fuzz-short docs-check ## Run every check
+test: fmt clippy test-rust conform test-python test-editors thumb fuzz-short docs-check ## Run every check
 	$(call heading,all checks passed)
 
 .PHONY: fmt
@@ -70,6 +71,14 @@ conform: program ## Run the transcripts and count what they cover
 test-python: program venv ## Run the client tests with PyTrinamic
 	$(call heading,client tests)
 	TMCL=$(TARGET)/debug/tmcl $(PYTHON) -m pytest tests/python
+
+.PHONY: test-editors
+test-editors: ## Build and test the extension for Visual Studio Code
+	$(call heading,editors)
+	@command -v npm >/dev/null || { echo 'error: there is no npm; the editor extension needs Node.js 20 or later' >&2; exit 1; }
+	@node -e 'process.exit(Number(parseInt(process.versions.node) < 20))' \
+		|| { echo "error: this is Node.js $$(node --version); the editor extension needs 20 or later" >&2; exit 1; }
+	cd editors/vscode && npm ci --loglevel=error --no-audit --no-fund && npm run --silent build && npm test --silent
 
 .PHONY: thumb
 thumb: ## Build the core for a Cortex-M4F
@@ -110,4 +119,4 @@ $(VENV)/installed: tests/python/requirements.txt
 
 .PHONY: clean
 clean: ## Remove everything that was built
-	rm -rf $(TARGET) target fuzz/target $(VENV)
+	rm -rf $(TARGET) target fuzz/target $(VENV) editors/vscode/node_modules editors/vscode/dist

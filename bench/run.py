@@ -191,6 +191,55 @@ def interpreter_beside_lua(script):
     return measure
 
 
+# --- The assembler beside GNU as --------------------------------------------------------------
+
+AS_LINES = 100_000
+AS_ROUNDS = 5
+
+
+def as_piece(number):
+    """What bench/src/assembler.rs assembles, as near as x86 comes to it."""
+    return f"""\
+.set speed{number}, {number} * 10 + 100
+.set count{number}, 42 # a variable
+# approach and wait
+loop{number}:
+\tmovl $speed{number}, 16(%rdi)
+\tmovl $50000, 20(%rdi) # pps2
+\tmovl $-512000, %eax
+\tcall wait
+\tmovl count{number}(%rdi), %eax
+\taddl $1, %eax
+\tmovl %eax, count{number}(%rdi) # one more
+\tcmpl $100, %eax
+\tjge done{number}
+\ttestl $3, (%rsi)
+\tjz loop{number} # until the switch closes
+\timull $-1, %eax
+\tmovl %eax, 16(%rdi)
+\tmovl %eax, %ebx
+\tjmp loop{number}
+done{number}: # both ways lead here
+\tcall loop{number}
+"""
+
+
+def assembler_beside_gnu_as():
+    value, _, note = rust("assembler")()
+    if os.uname().machine != "x86_64" or not shutil.which("as"):
+        return value, None, f"{note}; no GNU as for x86-64 to compare with"
+    text = "wait:\n" + "".join(as_piece(number) for number in range(AS_LINES // 21))
+    source, output = OUTPUT / "lines.s", OUTPUT / "lines.o"
+    source.write_text(text)
+    seconds = []
+    for _ in range(AS_ROUNDS):
+        start = time.perf_counter()
+        subprocess.run(["as", "-o", output, source], check=True)
+        seconds.append(time.perf_counter() - start)
+    theirs = text.count("\n") / statistics.median(seconds)
+    return value, None, f"{note}; GNU as on similar lines: {theirs:.3g}/s, ratio {value / theirs:.1f}"
+
+
 # --- A served module that stands still --------------------------------------------------------
 
 REST_SECONDS = 3
@@ -237,6 +286,8 @@ ROWS = [
         interpreter_beside_lua(LUA_LOCALS),
         reference="the same loop on local variables of Lua",
     ),
+    Row("assembler, text to bytes", "lines/s", assembler_beside_gnu_as, at_least=5e6),
+    Row("assembler, a program of 2048 commands", "ms", rust("assembler-full-memory"), at_most=0.5),
     Row("one hour of program and motion on six axes", "x real time", rust("six-axis-hour"),
         at_least=1e6),
     Row("memory of a module", "bytes", rust("module-memory"), at_most=64 * 1024),

@@ -2,6 +2,7 @@
 //!
 //! `bench/run.py` runs this, adds what is measured from outside, and compares with the budgets.
 
+mod assembler;
 mod fleet;
 mod heap;
 mod line;
@@ -28,7 +29,7 @@ impl Measured {
 type Measurement = (&'static str, fn() -> Measured);
 
 /// By name; the unit, the reference and the budget of each are in `bench/run.py`.
-const MEASUREMENTS: [Measurement; 7] = [
+const MEASUREMENTS: [Measurement; 9] = [
     ("gap-in-process", line::gap_in_process),
     ("own-work-per-request", line::own_work_per_request),
     ("garbage", line::garbage),
@@ -36,6 +37,8 @@ const MEASUREMENTS: [Measurement; 7] = [
     ("six-axis-hour", program::six_axis_hour),
     ("module-memory", heap::module_memory),
     ("fleet", fleet::fleet),
+    ("assembler", assembler::lines),
+    ("assembler-full-memory", assembler::full_memory),
 ];
 
 fn main() {

@@ -205,9 +205,7 @@ fn run_registers(
         let Some(done) = run_register_command(cpu, variables, command) else { break };
         let at = next_at;
         next_at += command_time;
-        flow = watcher
-            .executed(|| before.executed(at, at, done, cpu))
-            .map_break(|()| at);
+        flow = watcher.executed(|| before.executed(at, at, done, cpu)).map_break(|()| at);
         if flow.is_break() || cpu.mode != Mode::Run {
             break;
         }
@@ -276,7 +274,11 @@ fn run_register_command(
             let variable = &mut variables[usize::from(command.kind)];
             *variable = variable.wrapping_sub(1);
             let taken = *variable != 0;
-            if taken { cpu.jump(command.value) } else { cpu.advance() }
+            if taken {
+                cpu.jump(command.value)
+            } else {
+                cpu.advance()
+            }
             Done::branch(taken)
         }
         _ => {

@@ -149,17 +149,44 @@ impl<'a> Evaluator<'a> {
         None
     }
 
-    fn name(&mut self, file: FileId, token: TokenId, purpose: Purpose) -> Option<f64> {
+    /// The value of an expression that is nothing but a name, if the name has a definition that suits
+    /// the purpose; the inner `None` if that has no value, which has then been told.
+    pub(crate) fn known_name(
+        &mut self,
+        file: FileId,
+        id: ExpressionId,
+        purpose: Purpose,
+    ) -> Option<Option<f64>> {
+        self.known_token(file, self.files.tree(file).expression(id).first, purpose)
+    }
+
+    fn known_token(
+        &mut self,
+        file: FileId,
+        token: TokenId,
+        purpose: Purpose,
+    ) -> Option<Option<f64>> {
         let tree = self.files.tree(file);
         let name = tree.token_text(token);
         if purpose == Purpose::Address
             && let Some(address) = self.label(name)
         {
-            return Some(f64::from(address));
+            return Some(Some(f64::from(address)));
         }
-        if let Some(at) = self.constants.find(name, self.files) {
-            return self.constant(at, Some(Location { file, span: tree.token_span(token) }));
+        let at = self.constants.find(name, self.files)?;
+        if let State::Known(value) = self.constants.entries()[at].meaning.state {
+            return Some(Some(value));
         }
+        let user = Location { file, span: tree.token_span(token) };
+        Some(self.constant(at, Some(user)))
+    }
+
+    fn name(&mut self, file: FileId, token: TokenId, purpose: Purpose) -> Option<f64> {
+        if let Some(value) = self.known_token(file, token, purpose) {
+            return value;
+        }
+        let tree = self.files.tree(file);
+        let name = tree.token_text(token);
         let location = Location { file, span: tree.token_span(token) };
         if purpose == Purpose::Number
             && let Some(address) = self.label(name)

@@ -196,20 +196,25 @@ impl<'a> Encoder<'a> {
         expression: ExpressionId,
     ) -> Option<i64> {
         let Subject { file, tree, .. } = subject;
-        if let Some(name) = tree.name(expression) {
-            let word = operand.words.iter().find(|(word, _)| word.eq_ignore_ascii_case(name));
-            if let Some(&(_, value)) = word {
-                return Some(i64::from(value));
-            }
-            if self.is_misplaced(subject, operand, expression, name) {
-                return None;
-            }
-        }
         let purpose = match operand.meaning {
             Meaning::Address => Purpose::Address,
             _ => Purpose::Number,
         };
-        let value = libm::round(self.evaluator.value(file, expression, purpose)?);
+        let value = match tree.name(expression) {
+            Some(name) => {
+                let word = operand.words.iter().find(|(word, _)| word.eq_ignore_ascii_case(name));
+                if let Some(&(_, value)) = word {
+                    return Some(i64::from(value));
+                }
+                match self.evaluator.known_name(file, expression, purpose) {
+                    Some(value) => value?,
+                    None if self.is_misplaced(subject, operand, expression, name) => return None,
+                    None => self.evaluator.value(file, expression, purpose)?,
+                }
+            }
+            None => self.evaluator.value(file, expression, purpose)?,
+        };
+        let value = libm::round(value);
         let (min, max) = match operand.field {
             Field::Kind | Field::Motor => (0.0, 255.0),
             // All 32 bits may be written without a sign: $FFFFFFFF is -1.
@@ -224,7 +229,8 @@ impl<'a> Encoder<'a> {
         None
     }
 
-    /// Tells when a name is not one of the words that are wanted here, or one that belongs elsewhere.
+    /// Tells when a name without a definition is not one of the words that are wanted here, or one that
+    /// belongs elsewhere.
     fn is_misplaced(
         &mut self,
         subject: Subject<'_>,
@@ -233,8 +239,7 @@ impl<'a> Encoder<'a> {
         name: &str,
     ) -> bool {
         let Subject { file, tree, form, .. } = subject;
-        let known = self.evaluator.constants.find(name, self.evaluator.files).is_some();
-        if known || operand.meaning == Meaning::Address {
+        if operand.meaning == Meaning::Address {
             return false;
         }
         let location = Location { file, span: tree.expression_span(expression) };

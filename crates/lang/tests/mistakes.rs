@@ -114,10 +114,8 @@ fn commas_stand_between_operands_and_nowhere_else() {
 fn a_keyword_in_the_wrong_place_is_no_constant() {
     says(
         "MVP ABS, REL, 51200",
-        &[
-            "REL | unknown-keyword | REL is a keyword; a motor is expected here | write MVP <kind of \
-         move>, <motor>, <position>",
-        ],
+        &["REL | unknown-keyword | REL is a keyword; a motor is expected here | write MVP \
+         <ABS|REL|COORD>, <motor>, <position>"],
     );
     says(
         "MVP ASB, 0, 1",

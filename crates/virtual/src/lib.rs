@@ -31,6 +31,6 @@ pub mod watch;
 pub use board::VirtualBoard;
 pub use flash::MemoryFlash;
 pub use module::{Options, VirtualModule};
+pub use opentmcl_firmware::{Answer, ErrorFlags, Executed, Flags, Line, Mode, Port, ProgramState};
 pub use recording::{Recorder, Sample};
 pub use watch::{Event, Travel, Watch};
-pub use opentmcl_firmware::{Answer, ErrorFlags, Executed, Flags, Line, Mode, Port, ProgramState};

@@ -77,8 +77,7 @@ impl Recorder {
 
     /// When the next sample is due. Each is rounded for itself, so that no rate drifts.
     pub fn due(&self) -> Instant {
-        let clocks =
-            u128::from(self.taken) * u128::from(self.clocks) / u128::from(self.per);
+        let clocks = u128::from(self.taken) * u128::from(self.clocks) / u128::from(self.per);
         self.start + Duration::from_ticks(u64::try_from(clocks).unwrap_or(u64::MAX))
     }
 

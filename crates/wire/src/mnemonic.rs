@@ -80,20 +80,35 @@ impl fmt::Display for ParseError<'_> {
 
 impl core::error::Error for ParseError<'_> {}
 
+/// How many keywords a pattern spells out.
+const MAX_WORDS: usize = 6;
+
 impl fmt::Display for Form {
-    /// The pattern of the command: `MVP <ABS|REL|COORD>, <motor>, <position>`.
+    /// The pattern of the command: `MVP <ABS|REL|COORD>, <motor>, <position>`. Operands with many
+    /// keywords are named: `JC <condition>, <address>`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.mnemonic)?;
         for (at, operand) in self.operands.iter().enumerate() {
-            write!(f, "{}<{}>", if at == 0 { " " } else { ", " }, operand.name)?;
+            f.write_str(if at == 0 { " <" } else { ", <" })?;
+            match operand.words {
+                [] => f.write_str(operand.name)?,
+                words if words.len() > MAX_WORDS => f.write_str(operand.name)?,
+                words => {
+                    for (at, (word, _)) in words.iter().enumerate() {
+                        write!(f, "{}{word}", if at == 0 { "" } else { "|" })?;
+                    }
+                }
+            }
+            f.write_str(">")?;
         }
         Ok(())
     }
 }
 
 impl Form {
-    /// Whether all fields that have no operand of their own are zero.
-    fn shows_all_of(&self, command: Command) -> bool {
+    /// Whether all fields that have no operand of their own are zero, so that the mnemonic form loses
+    /// nothing.
+    pub fn shows_all_of(&self, command: Command) -> bool {
         let has = |field| self.operands.iter().any(|operand| operand.field == field);
         (command.kind == 0 || has(Field::Kind))
             && (command.motor == 0 || has(Field::Motor))
@@ -271,6 +286,10 @@ mod tests {
 
     #[test]
     fn errors_say_what_would_be_right() {
+        refuses(
+            "WAIT POS",
+            "WAIT takes 3 operands, not 1: WAIT <TICKS|POS|REFSW|LIMSW|RFS>, <motor>, <ticks>",
+        );
         refuses("ROR 0", "ROR takes 2 operands, not 1: ROR <motor>, <velocity>");
         refuses(
             "MVP FAST, 0, 1",
