@@ -36,6 +36,11 @@ impl Failure {
         Self { kind: Kind::WrongUsage, ..Self::new(message) }
     }
 
+    /// What was wrong.
+    pub(crate) fn message(&self) -> &str {
+        &self.message
+    }
+
     /// What the user can do about it.
     #[must_use]
     pub(crate) fn help(self, help: impl ToString) -> Self {

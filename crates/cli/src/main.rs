@@ -9,8 +9,11 @@ mod local;
 mod lookup;
 mod modules;
 mod program;
+mod program_files;
 mod serve;
 mod sources;
+mod test_programs;
+mod virtual_target;
 
 use std::process::ExitCode;
 
@@ -38,6 +41,7 @@ enum Command {
     Serve(serve::Args),
     Exec(exec::Args),
     Asm(asm::Args),
+    Test(test_programs::Args),
     Conform(conform::Args),
 }
 
@@ -47,6 +51,7 @@ fn main() -> ExitCode {
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
         Command::Asm(args) => failure::exit_code(asm::run(&args)),
+        Command::Test(args) => failure::exit_code(test_programs::run(&args)),
         Command::Conform(args) => conform::run(args),
     }
 }

@@ -31,6 +31,12 @@ impl<'a> ProgramFiles<'a> {
     pub(crate) fn program(&self, number: usize) -> Option<&Program> {
         self.files.get(number)?.program.as_ref().ok().map(|(_, program)| program)
     }
+
+    /// All programs that could be read, with their numbers.
+    pub(crate) fn programs(&self) -> impl Iterator<Item = (usize, &Program)> {
+        let read = self.files.iter().map(|file| file.program.as_ref().ok());
+        read.enumerate().filter_map(|(number, program)| Some((number, &program?.1)))
+    }
 }
 
 impl Programs for ProgramFiles<'_> {
