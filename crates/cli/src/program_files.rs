@@ -47,9 +47,8 @@ impl Programs for ProgramFiles<'_> {
         module: &'static Module,
     ) -> Result<Rc<Assembled>, String> {
         let path = Path::new(transcript).parent().unwrap_or(Path::new("")).join(file);
-        let known = self.files.iter().position(|known| {
-            known.path == path && known.module == module.name
-        });
+        let known =
+            self.files.iter().position(|known| known.path == path && known.module == module.name);
         let number = known.unwrap_or_else(|| {
             let number = self.files.len();
             let program = program::load(&path, self.args, Some(module))

@@ -62,18 +62,16 @@ impl<'a> VirtualTarget<'a> {
                 });
             }
         }
-        if reached < until { Err(TargetError::Broken(over(self.limit))) } else { Ok(()) }
+        match self.limit {
+            Some(limit) if reached < until => Err(TargetError::TimeIsUp(limit)),
+            _ => Ok(()),
+        }
     }
 
     /// Commands that are due now are told before something else happens at the same time.
     fn look(&mut self) -> Result<(), TargetError> {
         self.advance_to(self.module.now())
     }
-}
-
-fn over(limit: Option<Duration>) -> String {
-    let seconds = limit.map_or(0, |limit| limit.as_secs());
-    format!("it is not over after {seconds} s of virtual time, the limit")
 }
 
 impl Target for VirtualTarget<'_> {

@@ -1,24 +1,21 @@
 //! Text to steps. A file is read to its end whatever is wrong with it, and all of it is told.
 
+mod case;
 mod condition;
 mod names;
 mod number;
 mod reply;
 
-use std::rc::Rc;
-
 use opentmcl_catalog::{MODULES, Module};
-use opentmcl_wire::serial::{self, FRAME_LEN};
-use opentmcl_wire::{Command, Opcode, control, mnemonic};
+use opentmcl_wire::serial::FRAME_LEN;
+use opentmcl_wire::{Command, Opcode, control};
 
-use crate::programs::{Assembled, Programs};
-use crate::transcript::{
-    Body, Case, DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, SourceCommand, Step,
-    StepKind, Transcript,
-};
+use crate::programs::Programs;
+use crate::transcript::{Case, Exchange, ExpectedReply, Line, Step, StepKind, Transcript};
+use case::{Loaded, executed, run_from};
 use condition::{conditions, conditions_and_limit};
 use names::Names;
-use number::{duration, value};
+use number::duration;
 use reply::{bytes_as_written, expectation, is_expectation, request, status_and_value};
 
 /// What is wrong with a line, and what would be right.
@@ -115,15 +112,6 @@ struct Parser<'a> {
     mistakes: Vec<Mistake>,
 }
 
-/// What program is loaded at a place of the file.
-#[derive(Clone, Default)]
-struct Loaded {
-    /// The last one from a file, whose names are known.
-    program: Option<Rc<Assembled>>,
-    /// Address of the one that was loaded last.
-    address: i32,
-}
-
 impl<'a> Parser<'a> {
     fn new(name: &'a str, programs: &'a mut dyn Programs) -> Self {
         Self {
@@ -209,9 +197,7 @@ impl<'a> Parser<'a> {
             ("expect", "") => Err("a condition is missing; write for example: \
                                    expect position 0 = 5000"
                 .into()),
-            ("expect", text) => {
-                Ok(Begun::Step(StepKind::Expect(conditions(text, self.names())?)))
-            }
+            ("expect", text) => Ok(Begun::Step(StepKind::Expect(conditions(text, self.names())?))),
             _ => self.words(line_number, line).map(Begun::Step),
         }
     }
@@ -258,80 +244,6 @@ impl<'a> Parser<'a> {
             }
         })
     }
-
-    fn case(&mut self, line: usize, name: &str) -> Result<Begun, String> {
-        let name = name.strip_prefix('"').and_then(|name| name.strip_suffix('"')).unwrap_or(name);
-        if name.is_empty() || name.contains('"') {
-            return Err("a test has a name: test \"rejects go left\"".into());
-        }
-        let same = self.cases.iter().find(|case| case.name.as_deref() == Some(name));
-        let same = same.map(|case| format!("the test in line {} has the same name", case.line));
-        if self.cases.is_empty() {
-            self.setup = self.now.clone();
-        } else {
-            self.now = self.setup.clone();
-        }
-        self.cases.push(Case { name: Some(name.to_owned()), line, steps: Vec::new() });
-        same.map_or(Ok(Begun::Case), Err)
-    }
-
-    /// A program: in the following lines, at an address, or in a file.
-    fn program(&mut self, operand: &str) -> Result<Begun, String> {
-        let is_number = operand.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '$'));
-        if operand.is_empty() {
-            return Ok(Begun::Program { address: 0 });
-        }
-        if is_number && let Ok(address) = value(operand) {
-            return Ok(Begun::Program { address });
-        }
-        let file = operand.strip_prefix('"').and_then(|file| file.strip_suffix('"'));
-        let module = self.module.ok_or("it is not known for which module the program is")?;
-        let program = self.programs.load(file.unwrap_or(operand), self.name, module)?;
-        self.now = Loaded { program: Some(Rc::clone(&program)), address: 0 };
-        let body = Body::File(program);
-        Ok(Begun::Step(StepKind::Program(Program { address: 0, body })))
-    }
-
-    /// The commands in the following lines up to `end`.
-    fn inline_program<'t>(
-        &mut self,
-        begin: usize,
-        address: i32,
-        lines: &mut impl Iterator<Item = (usize, &'t str)>,
-    ) -> Program {
-        let mut commands = Vec::new();
-        let mut ended = false;
-        for (line, text) in lines {
-            if text == "end" {
-                ended = true;
-                break;
-            }
-            match mnemonic::parse(text) {
-                Ok(command) => commands.push(SourceCommand { line, text: text.into(), command }),
-                Err(error) => self.mistake(line, error),
-            }
-        }
-        if !ended {
-            self.mistake(begin, "the program has no end; write a line: end");
-        }
-        self.now.address = address;
-        Program { address, body: Body::Lines(commands) }
-    }
-}
-
-/// The program is started at an address.
-fn run_from(text: &str, line: usize, address: i32) -> StepKind {
-    executed(text, line, Command::new(control::RUN_PROGRAM, 1, 0, address))
-}
-
-/// A command that must be executed.
-fn executed(text: &str, line: usize, command: Command) -> StepKind {
-    StepKind::Exchange(Exchange {
-        text: text.to_owned(),
-        request: serial::encode_request(DEFAULT_ADDRESS, command),
-        expected: ExpectedReply::Status { status: 100, value: None },
-        expected_line: line,
-    })
 }
 
 fn port(name: &str) -> Result<Line, String> {
@@ -347,6 +259,7 @@ fn port(name: &str) -> Result<Line, String> {
 mod tests {
     use super::*;
     use crate::programs::NoPrograms;
+    use crate::transcript::Body;
     use opentmcl_wire::Duration;
 
     #[track_caller]
@@ -358,7 +271,11 @@ mod tests {
 
     #[track_caller]
     fn mistakes(text: &str) -> Vec<String> {
-        parse("test.txt", text, &mut NoPrograms).unwrap_err().iter().map(ToString::to_string).collect()
+        parse("test.txt", text, &mut NoPrograms)
+            .unwrap_err()
+            .iter()
+            .map(ToString::to_string)
+            .collect()
     }
 
     #[track_caller]
@@ -468,5 +385,11 @@ mod tests {
         );
         assert!(mistakes("module tmcm-1")[0].contains("unknown module \"tmcm-1\"; known: "));
         assert!(mistakes("# nothing")[0].contains("the file is empty"));
+    }
+
+    #[test]
+    fn comments_may_stand_behind_a_line() {
+        let kinds = steps("wait 1 ms # a while\n> GAP 1, 0 # where\n< 100 # there\nfresh # end");
+        assert_eq!(kinds.len(), 3, "{kinds:?}");
     }
 }

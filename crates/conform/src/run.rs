@@ -1,5 +1,7 @@
 //! Steps against a module.
 
+mod condition;
+
 use std::collections::VecDeque;
 
 use opentmcl_wire::serial::{self, FRAME_LEN};
@@ -7,8 +9,7 @@ use opentmcl_wire::{Command, Duration, Status, control};
 
 use crate::target::{Moment, Target, TargetError};
 use crate::transcript::{
-    Body, Case, Condition, DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, StepKind,
-    Transcript,
+    Body, Case, DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, StepKind, Transcript,
 };
 
 /// How long a reply may take. The longest telegram pause is 255 ms.
@@ -30,13 +31,6 @@ pub struct Failure {
     pub got: String,
     /// When and where.
     pub moment: Moment,
-}
-
-impl Failure {
-    fn broken(line: usize, got: String, moment: Moment) -> Self {
-        let (command, expected) = ("the connection".into(), "a working connection".into());
-        Self { line, command, expected, got, moment }
-    }
 }
 
 /// The rest of a case that a target cannot do.
@@ -64,6 +58,21 @@ impl Outcome {
     pub fn passed(&self) -> bool {
         self.failures.is_empty()
     }
+
+    /// The target goes no further.
+    fn end(&mut self, line: usize, error: TargetError, moment: Moment) {
+        let (command, expected, got) = match error {
+            TargetError::Unable(reason) => return self.skipped.push(Skipped { line, reason }),
+            TargetError::Broken(reason) => {
+                ("the connection", "a working connection".to_owned(), reason)
+            }
+            TargetError::TimeIsUp(limit) => {
+                let expected = format!("an end within {}, the limit", condition::in_words(limit));
+                ("the time that passes", expected, "it goes on for longer".to_owned())
+            }
+        };
+        self.failures.push(Failure { line, command: command.to_owned(), expected, got, moment });
+    }
 }
 
 /// Runs all cases of a transcript, one after the other. The target is expected to be a new module.
@@ -72,19 +81,15 @@ impl Outcome {
 pub fn run(transcript: &Transcript, target: &mut dyn Target) -> Outcome {
     let mut outcome = Outcome::default();
     for (at, case) in transcript.cases.iter().enumerate() {
-        if at > 0 {
-            match target.fresh() {
-                Ok(()) => {}
-                Err(TargetError::Unable(reason)) => {
-                    outcome.skipped.push(Skipped { line: case.line, reason });
-                    continue;
-                }
-                Err(TargetError::Broken(reason)) => {
-                    let moment = target.moment();
-                    outcome.failures.push(Failure::broken(case.line, reason, moment));
-                    return outcome;
-                }
+        if at > 0
+            && let Err(error) = target.fresh()
+        {
+            let broken = matches!(error, TargetError::Broken(_));
+            outcome.end(case.line, error, target.moment());
+            if broken {
+                return outcome;
             }
+            continue;
         }
         let Outcome { expectations, failures, skipped } = run_case(transcript, case, target);
         outcome.expectations += expectations;
@@ -101,17 +106,10 @@ pub fn run_case(transcript: &Transcript, case: &Case, target: &mut dyn Target) -
     let mut last_line = case.line;
     for step in transcript.setup.iter().chain(&case.steps) {
         last_line = step.line;
-        match runner.step(step.line, &step.kind) {
-            Ok(()) => {}
-            Err(TargetError::Unable(reason)) => {
-                runner.outcome.skipped.push(Skipped { line: step.line, reason });
-                return runner.outcome;
-            }
-            Err(TargetError::Broken(reason)) => {
-                let failure = Failure::broken(step.line, reason, runner.target.moment());
-                runner.outcome.failures.push(failure);
-                return runner.outcome;
-            }
+        if let Err(error) = runner.step(step.line, &step.kind) {
+            let moment = runner.target.moment();
+            runner.outcome.end(step.line, error, moment);
+            return runner.outcome;
         }
     }
     runner.no_extras_left(last_line);
@@ -217,72 +215,6 @@ impl Runner<'_> {
         self.control(line, "end", Command::new(control::END_DOWNLOAD, 0, 0, 0), Status::OK)
     }
 
-    fn expect(&mut self, line: usize, condition: &Condition) -> Result<(), TargetError> {
-        self.outcome.expectations += 1;
-        let got = self.look(condition)?;
-        if !got.as_ref().is_ok_and(|&value| condition.is_met(value)) {
-            let got = got.map_or_else(|reply| reply, |value| condition.meaning.describe(value));
-            self.fail(line, &format!("expect {}", condition.text), &condition.expected, got);
-        }
-        Ok(())
-    }
-
-    /// Looks again and again until all conditions hold at once, the time is over or the module
-    /// refuses to say.
-    fn wait_until(
-        &mut self,
-        line: usize,
-        text: &str,
-        conditions: &[Condition],
-        at_most: Duration,
-    ) -> Result<(), TargetError> {
-        self.outcome.expectations += 1;
-        let end = self.target.moment().time + at_most;
-        loop {
-            let Some(unmet) = self.first_unmet(conditions)? else { return Ok(()) };
-            let left = end.checked_sub(self.target.moment().time);
-            match (unmet, left) {
-                ((_, Ok(_)), Some(left)) if left.as_ticks() > 0 => self.target.pause(left)?,
-                ((condition, got), _) => {
-                    let got = got.map_or_else(|reply| reply, |v| condition.meaning.describe(v));
-                    let subject = &condition.text;
-                    let expected = format!("{subject} within {}", in_words(at_most));
-                    self.fail(line, text, expected, got);
-                    return Ok(());
-                }
-            }
-        }
-    }
-
-    /// The first condition that does not hold, and the value or reply because of which it does not.
-    fn first_unmet<'c>(
-        &mut self,
-        conditions: &'c [Condition],
-    ) -> Result<Option<(&'c Condition, Result<i32, String>)>, TargetError> {
-        for condition in conditions {
-            let got = self.look(condition)?;
-            if !got.as_ref().is_ok_and(|&value| condition.is_met(value)) {
-                return Ok(Some((condition, got)));
-            }
-        }
-        Ok(None)
-    }
-
-    /// The value that a condition is about, or the reply that has none.
-    fn look(&mut self, condition: &Condition) -> Result<Result<i32, String>, TargetError> {
-        let command = condition.command;
-        let frame = self.ask(serial::encode_request(DEFAULT_ADDRESS, command))?;
-        let reply = frame.and_then(|frame| serial::decode_reply(frame).ok());
-        Ok(match reply {
-            Some(answer)
-                if answer.reply.status == Status::OK && answer.reply.number == command.number =>
-            {
-                Ok(answer.reply.value)
-            }
-            _ => Err(describe(frame)),
-        })
-    }
-
     fn control(
         &mut self,
         line: usize,
@@ -314,16 +246,6 @@ impl Runner<'_> {
         let (command, expected) = (command.to_owned(), expected.to_string());
         let moment = self.target.moment();
         self.outcome.failures.push(Failure { line, command, expected, got, moment });
-    }
-}
-
-/// A time in the unit in which it is a small number.
-fn in_words(time: Duration) -> String {
-    let micros = time.as_micros();
-    match micros {
-        _ if micros % 1_000_000 == 0 => format!("{} s", micros / 1_000_000),
-        _ if micros % 1000 == 0 => format!("{} ms", micros / 1000),
-        _ => format!("{micros} us"),
     }
 }
 
@@ -368,10 +290,11 @@ mod tests {
     use super::*;
     use crate::parse::parse;
     use crate::programs::NoPrograms;
-    use opentmcl_wire::Reply;
+    use opentmcl_wire::{Opcode, Reply};
 
-    /// Answers every command with status 100 and the value of the request plus one; commands to
-    /// other addresses than 1 with silence.
+    /// Answers every command with status 100 and the value of the request plus one; GGP with the
+    /// time in milliseconds, GAP of axis 5 with a refusal; commands to other addresses than 1 with
+    /// silence.
     struct Echo {
         replies: VecDeque<[u8; FRAME_LEN]>,
         time: Duration,
@@ -387,8 +310,16 @@ mod tests {
             }
             if request.address == 1 {
                 let loaded = matches!(number, 1..=100);
-                let status = if loaded && value == 7 { Status::LOADED } else { Status::OK };
-                let reply = Reply { status, number, value: value + 1 };
+                let refused = number == Opcode::Gap.number() && request.command.motor == 5;
+                let status = match refused {
+                    true => Status::INVALID_VALUE,
+                    false if loaded && value == 7 => Status::LOADED,
+                    false => Status::OK,
+                };
+                let millis = i32::try_from(self.time.as_millis()).unwrap();
+                let is_clock = number == Opcode::Ggp.number();
+                let reply =
+                    Reply { status, number, value: if is_clock { millis } else { value + 1 } };
                 self.replies.push_back(serial::encode_reply(2, 1, reply));
             }
             Ok(())
@@ -425,6 +356,7 @@ mod tests {
         }
 
         fn fresh(&mut self) -> Result<(), TargetError> {
+            self.time = Duration::from_ticks(0);
             Ok(())
         }
     }
@@ -485,10 +417,7 @@ mod tests {
     fn what_a_target_cannot_do_skips_the_rest() {
         let outcome = outcome("> GAP 1, 0\n< 100\npower cycle\n> GAP 1, 0\n< 4");
         assert!(outcome.passed());
-        assert_eq!(
-            outcome.skipped,
-            [Skipped { line: 4, reason: "it has no switch".to_owned() }]
-        );
+        assert_eq!(outcome.skipped, [Skipped { line: 4, reason: "it has no switch".to_owned() }]);
     }
 
     #[test]
@@ -506,5 +435,74 @@ mod tests {
         assert_eq!(outcome.failures.len(), 1);
         assert_eq!(outcome.failures[0].line, 4);
         assert_eq!(outcome.failures[0].expected, "status 101");
+    }
+
+    #[test]
+    fn an_expected_condition_is_asked_for_and_each_one_that_does_not_hold_is_told() {
+        // Whatever is asked with the value 0 is answered with 1; GGP with the time.
+        assert!(outcome("expect position 0 = 1, output 2 high, variable 3 = 0").passed());
+        let outcome = outcome("wait 4 ms\nexpect speed 0 > 1, output 2 low, variable 3 = 5..9");
+        let told: Vec<_> = outcome
+            .failures
+            .iter()
+            .map(|f| (f.line, f.command.as_str(), f.expected.as_str(), f.got.as_str()))
+            .collect();
+        assert_eq!(
+            told,
+            [
+                (3, "expect speed 0 > 1", "> 1", "1"),
+                (3, "expect output 2 low", "low", "high"),
+                (3, "expect variable 3 = 5..9", "5..9", "4"),
+            ]
+        );
+        assert_eq!(outcome.expectations, 3);
+        assert_eq!(outcome.failures[0].moment.time, Duration::from_millis(4));
+    }
+
+    #[test]
+    fn a_wait_goes_on_until_all_conditions_hold_at_once() {
+        // The clock is 5 after five looks that failed, and goes on by 1 with each.
+        let text = "wait until variable 0 >= 5, position 0 = 1, at most 5 ms\n\
+                    expect variable 0 = 5";
+        assert_eq!(outcome(text).failures, []);
+        let never = outcome("wait until variable 0 < 2, variable 0 > 3, at most 20 ms");
+        assert_eq!(never.failures.len(), 1, "each holds for a while, never both");
+    }
+
+    #[test]
+    fn a_wait_whose_time_is_over_fails_with_the_condition_and_goes_on() {
+        let outcome = outcome("wait until variable 0 = 5, at most 4 ms\nexpect variable 0 = 4");
+        let [failure] = &outcome.failures[..] else { panic!("{:?}", outcome.failures) };
+        assert_eq!(failure.command, "wait until variable 0 = 5, at most 4 ms");
+        assert_eq!(failure.expected, "variable 0 = 5 within 4 ms");
+        assert_eq!(failure.got, "4");
+        assert_eq!(outcome.expectations, 2);
+    }
+
+    #[test]
+    fn what_the_module_refuses_to_say_is_told_at_once() {
+        for text in ["expect position 5 = 1", "wait until position 5 reached, at most 1 s"] {
+            let outcome = outcome(text);
+            assert!(outcome.failures[0].got.starts_with("status 4 (invalid value)"), "{text}");
+            assert_eq!(outcome.failures[0].moment.time, Duration::from_ticks(0), "{text}");
+        }
+    }
+
+    #[test]
+    fn each_case_begins_anew_with_the_set_up() {
+        let text = "wait 7 ms\ntest \"a\"\nexpect variable 0 = 7\nwait 1 ms\n\
+                    test \"b\"\nexpect variable 0 = 7";
+        assert_eq!(outcome(text).failures, []);
+    }
+
+    #[test]
+    fn what_a_target_cannot_do_skips_the_rest_of_the_case_alone() {
+        let text = "test \"a\"\npower cycle\nexpect position 0 = 2\n\
+                    test \"b\"\nexpect position 0 = 2";
+        let outcome = outcome(text);
+        assert_eq!(outcome.skipped.len(), 1);
+        assert_eq!(outcome.skipped[0].line, 3);
+        let lines: Vec<_> = outcome.failures.iter().map(|failure| failure.line).collect();
+        assert_eq!(lines, [6]);
     }
 }

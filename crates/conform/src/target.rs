@@ -72,6 +72,9 @@ pub enum TargetError {
     /// Something broke: the file has failed.
     #[error("{0}")]
     Broken(String),
+    /// It may run for so long and no longer: the case has failed.
+    #[error("its time is up after {} s", .0.as_secs())]
+    TimeIsUp(Duration),
 }
 
 /// When and where something happened.

@@ -212,10 +212,11 @@ impl std::ops::AddAssign for Share {
 impl fmt::Display for Share {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { hit, found } = self;
-        // Rounded down: all is all.
-        let percent = hit.checked_mul(100).and_then(|hundred| hundred.checked_div(*found));
-        let percent = percent.map_or("-".to_owned(), |percent| format!("{percent} %"));
-        f.pad(&format!("{hit} of {found}, {percent}"))
+        // Rounded down: 100 % is all.
+        match (hit * 100).checked_div(*found) {
+            Some(percent) => write!(f, "{hit} of {found}, {percent} %"),
+            None => f.write_str("none"),
+        }
     }
 }
 

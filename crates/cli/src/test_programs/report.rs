@@ -50,12 +50,11 @@ pub(super) fn explanation(failure: &CaseFailure) -> [String; 3] {
 /// Prints one object for each case, and one for a file that could not be run.
 pub(super) fn json(out: &mut impl Write, file: &FileResult) -> io::Result<()> {
     if !file.mistakes.is_empty() {
-        let mistakes = file.mistakes.iter().map(|mistake| MistakeReport {
-            line: mistake.line,
-            message: &mistake.message,
-        });
-        let broken =
-            BrokenReport { file: &file.name, passed: false, mistakes: mistakes.collect() };
+        let mistakes = file
+            .mistakes
+            .iter()
+            .map(|mistake| MistakeReport { line: mistake.line, message: &mistake.message });
+        let broken = BrokenReport { file: &file.name, passed: false, mistakes: mistakes.collect() };
         writeln!(out, "{}", serde_json::to_string(&broken)?)?;
     }
     for case in &file.cases {

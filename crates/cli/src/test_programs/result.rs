@@ -191,8 +191,13 @@ impl Total {
         let Self { passed, failed, broken_files } = self;
         match (failed, broken_files) {
             (0, 0) => Ok(()),
-            (0, files) => Err(Failure::new(format!("{} could not be run", counted(*files, "file")))),
-            _ => Err(Failure::new(format!("{failed} of {} failed", counted(passed + failed, "test")))),
+            (0, files) => {
+                Err(Failure::new(format!("{} could not be run", counted(*files, "file"))))
+            }
+            _ => Err(Failure::new(format!(
+                "{failed} of {} failed",
+                counted(passed + failed, "test")
+            ))),
         }
     }
 }

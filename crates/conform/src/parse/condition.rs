@@ -208,3 +208,124 @@ fn described(operator: &str, wanted: &str, range: &RangeInclusive<i32>) -> Strin
     };
     format!("{sign}{wanted} ({numbers})")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::programs::Assembled;
+
+    fn program() -> Assembled {
+        Assembled {
+            labels: vec![("Loop".into(), 12), ("Hold".into(), 3)],
+            constants: vec![("Home".into(), 5000), ("Motor0".into(), 2), ("Huge".into(), 70000)],
+            ..Assembled::default()
+        }
+    }
+
+    #[track_caller]
+    fn read(text: &str) -> Result<Condition, String> {
+        let program = program();
+        let module = opentmcl_catalog::find("tmcm-6214");
+        one(text, Names { program: Some(&program), module })
+    }
+
+    /// Command by number, type and motor as the manual has them, and the values that are met.
+    #[track_caller]
+    fn asks(text: &str, command: (u8, u8, u8), met: &[i32], unmet: &[i32]) {
+        let condition = read(text).unwrap();
+        let (number, kind, motor) = command;
+        assert_eq!(condition.command, Command::new(number, kind, motor, 0), "{text}");
+        for &value in met {
+            assert!(condition.is_met(value), "{text} with {value}");
+        }
+        for &value in unmet {
+            assert!(!condition.is_met(value), "{text} with {value}");
+        }
+    }
+
+    #[test]
+    fn each_condition_asks_with_the_command_that_a_host_would_send() {
+        asks("position 0 = 5", (6, 1, 0), &[5], &[4, 6]);
+        asks("position 3 reached", (6, 8, 3), &[1], &[0]);
+        asks("speed 1 = 0", (6, 3, 1), &[0], &[1]);
+        asks("variable 42 = 3", (10, 42, 2), &[3], &[2]);
+        asks("output 1 high", (15, 1, 2), &[1], &[0]);
+        asks("output 1 low", (15, 1, 2), &[0], &[1]);
+        asks("input 3 high", (15, 3, 0), &[1], &[0]);
+        asks("analog 4 = 7", (15, 4, 1), &[7], &[8]);
+        // Global parameter 128: 0 stopped, 1 running, 2 in steps, 3 after a reset.
+        asks("program running", (10, 128, 0), &[1, 2], &[0, 3]);
+        asks("program stopped", (10, 128, 0), &[0, 3], &[1, 2]);
+        asks("program at 7", (10, 130, 0), &[7], &[8]);
+        asks("accumulator = -1", (135, 2, 0), &[-1], &[0]);
+        asks("x = $10", (135, 3, 0), &[16], &[10]);
+    }
+
+    #[test]
+    fn every_comparison_has_the_values_that_it_says() {
+        let position = (6, 1, 0);
+        asks("position 0 = -5..5", position, &[-5, 5], &[-6, 6]);
+        asks("position 0 != 5", position, &[4, 6], &[5]);
+        asks("position 0 < 5", position, &[4, i32::MIN], &[5]);
+        asks("position 0 <= 5", position, &[5], &[6]);
+        asks("position 0 > 5", position, &[6, i32::MAX], &[5]);
+        asks("position 0>=5", position, &[5], &[4]);
+    }
+
+    #[test]
+    fn names_of_the_program_stand_for_numbers() {
+        asks("position Motor0 = HOME", (6, 1, 2), &[5000], &[0]);
+        asks("position 0 = -Home..home", (6, 1, 0), &[-5000, 5000], &[-5001, 5001]);
+        asks("program at loop", (10, 130, 0), &[12], &[3]);
+        assert_eq!(read("position 0 = Home").unwrap().expected, "Home (5000)");
+        assert_eq!(read("position 0 < Home").unwrap().expected, "< Home (5000)");
+        assert_eq!(read("position 0 > Home").unwrap().expected, "> Home (5000)");
+        assert_eq!(read("position 0 = -Home..7").unwrap().expected, "-Home..7 (-5000..7)");
+        assert_eq!(read("position 0 = 7..8").unwrap().expected, "7..8");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_what_would_be_right() {
+        for (text, message) in [
+            ("position 6 = 5", "there is no axis 6; TMCM-6214 has axes 0 to 5"),
+            ("position 0 = Hme", "the program has no constant Hme; did you mean Home?"),
+            ("position 0 = Loop", "the program has no constant Loop; it is a label"),
+            ("program at Loup", "the program has no label Loup; did you mean Loop?"),
+            ("program at Home", "the program has no label Home"),
+            ("variable Huge = 5", "Huge is 70000, which is not a number from 0 to 255"),
+            ("variable 256 = 5", "256 is not a number from 0 to 255"),
+            ("output 9 high", "TMCM-6214 has no output 9"),
+            ("position 0 =", "a value is missing behind ="),
+            ("position 0 = 5..4", "the range 5..4 is empty"),
+            ("position 0 = 99999999999", "\"99999999999\" is no value"),
+            ("position 0 > 2147483647", "no value is larger than 2147483647"),
+            ("postion 0 = 5", "\"postion 0 = 5\" is no condition; did you mean position?"),
+            ("program asleep", "\"program asleep\" is no condition; write"),
+            ("output 1 = ", "a value is missing"),
+            ("", "\"\" is no condition"),
+        ] {
+            let told = read(text).unwrap_err();
+            assert!(told.starts_with(message), "{text}: {told}");
+        }
+        let none = Names { program: None, module: None };
+        assert!(one("x = Home", none).unwrap_err().contains("no program is loaded from a file"));
+    }
+
+    #[test]
+    fn a_limit_may_follow_and_is_ten_seconds_otherwise() {
+        let names = Names { program: None, module: None };
+        let (found, limit) =
+            conditions_and_limit("x = 1, accumulator = 2, at most 3 ms", names).unwrap();
+        assert_eq!((found.len(), limit), (2, Duration::from_millis(3)));
+        let (found, limit) = conditions_and_limit("x = 1, accumulator = 2", names).unwrap();
+        assert_eq!((found.len(), limit), (2, Duration::from_secs(10)));
+        for (text, message) in [
+            ("x = 1, at most", "the time is missing"),
+            ("x = 1, at most 3 minutes", "\"minutes\" is no unit of time"),
+            ("at most 3 s", "\"\" is no condition"),
+        ] {
+            let told = conditions_and_limit(text, names).unwrap_err();
+            assert!(told.starts_with(message), "{text}: {told}");
+        }
+    }
+}

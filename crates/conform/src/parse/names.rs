@@ -105,7 +105,9 @@ impl Names<'_> {
 
     fn program_for(&self, name: &str) -> Result<&Assembled, String> {
         self.program.ok_or_else(|| {
-            format!("{name} is not a number, and no program is loaded from a file that could name it")
+            format!(
+                "{name} is not a number, and no program is loaded from a file that could name it"
+            )
         })
     }
 }
