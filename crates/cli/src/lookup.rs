@@ -34,6 +34,16 @@ fn nearest(name: &str) -> Option<&'static str> {
         .map(|(_, name)| name)
 }
 
+/// The name that was probably meant, in any case.
+pub(crate) fn nearest_of<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let name = name.to_lowercase();
+    names
+        .map(|other| (strsim::jaro_winkler(&name, &other.to_lowercase()), other))
+        .filter(|&(similarity, _)| similarity >= SIMILAR)
+        .max_by(|(left, _), (right, _)| left.total_cmp(right))
+        .map(|(_, name)| name)
+}
+
 /// Reads the name of a connection; the error says what would be right.
 pub(crate) fn uri(text: &str) -> Result<Uri, String> {
     text.parse().map_err(|error: UriError| format!("{error}; {}", error.help()))

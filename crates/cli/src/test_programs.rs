@@ -7,7 +7,6 @@ mod lcov;
 mod report;
 mod result;
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -16,8 +15,10 @@ use opentmcl_conform::{Case, Target, Transcript};
 use opentmcl_wire::Duration;
 
 use crate::failure::Failure;
+use crate::output;
 use crate::program::SourceArgs;
 use crate::program_files::ProgramFiles;
+use crate::sim::options;
 use crate::sources;
 use crate::virtual_target::VirtualTarget;
 use coverage::{Counts, Coverage};
@@ -37,9 +38,9 @@ pub(crate) struct Args {
     /// Only cases with this text in their names, in any case
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
-    /// Virtual time after which a case has failed, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 3600)]
-    limit: u32,
+    /// Virtual time after which a case has failed: 500ms, 10s, 2min, 1h
+    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = options::parse_time)]
+    limit: Duration,
     /// Print how often each line of the programs was executed, and which branches were taken
     #[arg(long, conflicts_with = "json")]
     coverage: bool,
@@ -90,18 +91,23 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if !args.json {
         writeln!(out, "{total}")?;
     }
+    let mut written = Vec::new();
     if let Some(counts) = &tests.counts {
         let coverage = Coverage::new(counts, &tests.programs);
         if args.coverage {
             write!(out, "\n{coverage}")?;
         }
         if let Some(file) = &args.lcov {
-            write_file(file, &lcov::text(&coverage))?;
+            written.push((file.as_path(), lcov::text(&coverage).into_bytes()));
         }
     }
     if let Some(file) = &args.junit {
-        write_file(file, &junit::text(&results))?;
+        written.push((file.as_path(), junit::text(&results).into_bytes()));
     }
+    // What is written to standard output comes behind all that is there already.
+    out.flush()?;
+    drop(out);
+    output::write_all(written)?;
     total.verdict()
 }
 
@@ -137,8 +143,7 @@ impl Tests<'_> {
 
     fn case(&mut self, transcript: &Transcript, case: &Case) -> CaseResult {
         let start = Instant::now();
-        let limit = Duration::from_secs(u64::from(self.args.limit));
-        let mut target = VirtualTarget::new(transcript.module).limited(limit);
+        let mut target = VirtualTarget::new(transcript.module).limited(self.args.limit);
         if let Some(counts) = &mut self.counts {
             target = target.observed(counts);
         }
@@ -146,11 +151,4 @@ impl Tests<'_> {
         let time = target.moment().time;
         CaseResult::new(transcript, case, &outcome, &self.programs, time, start.elapsed())
     }
-}
-
-fn write_file(file: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(file, text).map_err(|error| {
-        let (name, reason) = (file.display(), sources::reason(&error));
-        Failure::new(format!("cannot write {name}: {reason}"))
-    })
 }

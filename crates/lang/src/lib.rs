@@ -11,6 +11,7 @@
 //! - [`binary`], [`listing()`], [`symbols()`]: what is made of an assembly; [`disassemble()`]: the way
 //!   back.
 //! - [`format()`]: the one canonical layout of a text.
+//! - [`service`]: what an editor asks.
 //!
 //! ```
 //! use opentmcl_lang::{Options, assemble, include::BuiltInOnly};
@@ -40,6 +41,7 @@ pub mod mnemonic;
 mod names;
 mod number;
 mod parse;
+pub mod service;
 pub mod span;
 mod suggest;
 mod symbols;

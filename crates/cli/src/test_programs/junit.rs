@@ -6,7 +6,8 @@
 use std::fmt::Write;
 
 use super::report::explanation;
-use super::result::{CaseFailure, CaseResult, FileResult, seconds};
+use super::result::{CaseFailure, CaseResult, FileResult};
+use crate::sim::time;
 
 /// The document.
 pub(super) fn text(results: &[FileResult]) -> String {
@@ -70,7 +71,7 @@ fn test_case(xml: &mut String, file: &str, case: &CaseResult) {
         "    <testcase name=\"{name}\" classname=\"{class}\" file=\"{class}\" line=\"{line}\" \
          time=\"{wall:.6}\">\n      <properties>\n        \
          <property name=\"virtual-seconds\" value=\"{}\"/>\n      </properties>",
-        seconds(case.time)
+        time::column(case.time)
     );
     // Readers show one failure of a case: it holds all.
     if let Some(first) = case.failures.first() {

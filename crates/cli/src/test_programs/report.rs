@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
-use super::result::{CaseFailure, CaseResult, FileResult, seconds};
+use super::result::{CaseFailure, CaseResult, FileResult};
+use crate::sim::time;
 
 const OK: Style = AnsiColor::Green.on_default();
 const FAILED: Style = AnsiColor::Red.on_default().bold();
@@ -21,11 +22,11 @@ pub(super) fn print(out: &mut impl Write, file: &FileResult) -> io::Result<()> {
     }
     for case in &file.cases {
         let title = case.name.as_ref().map_or(String::new(), |case| format!(": {case}"));
-        let time = seconds(case.time);
+        let time = time::text(case.time);
         if case.passed() {
-            writeln!(out, "{OK}ok{OK:#}      {name}{title} ({time} s)")?;
+            writeln!(out, "{OK}ok{OK:#}      {name}{title} ({time})")?;
         } else {
-            writeln!(out, "{FAILED}failed{FAILED:#}  {name}{title} ({time} s)")?;
+            writeln!(out, "{FAILED}failed{FAILED:#}  {name}{title} ({time})")?;
         }
         for failure in &case.failures {
             writeln!(out, "  {name}:{}: {}", failure.line, failure.command)?;
@@ -43,7 +44,7 @@ pub(super) fn explanation(failure: &CaseFailure) -> [String; 3] {
     [
         format!("expected {}", failure.expected),
         format!("got      {}", failure.got),
-        format!("after    {} s{state}", seconds(failure.time)),
+        format!("after    {}{state}", time::text(failure.time)),
     ]
 }
 
@@ -117,7 +118,7 @@ impl<'a> CaseReport<'a> {
             command: &failure.command,
             expected: &failure.expected,
             got: &failure.got,
-            seconds: failure.time.as_micros() as f64 / 1e6,
+            seconds: time::number(failure.time),
             program: failure.program.as_ref().map(|state| ProgramReport {
                 running: state.running,
                 address: state.address,
@@ -131,7 +132,7 @@ impl<'a> CaseReport<'a> {
             test: case.name.as_deref(),
             passed: case.passed(),
             expectations: case.expectations,
-            seconds: case.time.as_micros() as f64 / 1e6,
+            seconds: time::number(case.time),
             failures: failures.collect(),
         }
     }

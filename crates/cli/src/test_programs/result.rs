@@ -151,15 +151,6 @@ impl fmt::Display for ProgramState {
     }
 }
 
-/// A time on the module in seconds.
-pub(super) fn seconds(time: Duration) -> String {
-    let micros = time.as_micros();
-    format!("{}.{:06}", micros / 1_000_000, micros % 1_000_000)
-        .trim_end_matches('0')
-        .trim_end_matches('.')
-        .to_owned()
-}
-
 /// What came of all files.
 #[derive(Debug, Default)]
 pub(super) struct Total {
