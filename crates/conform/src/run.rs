@@ -51,6 +51,8 @@ pub struct Outcome {
     pub failures: Vec<Failure>,
     /// What was not done of each case that was not run to its end.
     pub skipped: Vec<Skipped>,
+    /// When the last step was over.
+    pub ended: Option<Moment>,
 }
 
 impl Outcome {
@@ -61,6 +63,7 @@ impl Outcome {
 
     /// The target goes no further.
     fn end(&mut self, line: usize, error: TargetError, moment: Moment) {
+        self.ended = Some(moment);
         let (command, expected, got) = match error {
             TargetError::Unable(reason) => return self.skipped.push(Skipped { line, reason }),
             TargetError::Broken(reason) => {
@@ -91,10 +94,11 @@ pub fn run(transcript: &Transcript, target: &mut dyn Target) -> Outcome {
             }
             continue;
         }
-        let Outcome { expectations, failures, skipped } = run_case(transcript, case, target);
+        let Outcome { expectations, failures, skipped, ended } = run_case(transcript, case, target);
         outcome.expectations += expectations;
         outcome.failures.extend(failures);
         outcome.skipped.extend(skipped);
+        outcome.ended = ended;
     }
     outcome
 }
@@ -112,6 +116,7 @@ pub fn run_case(transcript: &Transcript, case: &Case, target: &mut dyn Target) -
             return runner.outcome;
         }
     }
+    runner.outcome.ended = Some(runner.target.moment());
     runner.no_extras_left(last_line);
     runner.outcome
 }

@@ -280,7 +280,8 @@ impl fmt::Display for Coverage {
         f.write_str(&table)?;
         f.write_str(&row("total", &lines.to_string(), &branches.to_string()))?;
         if self.without_source > 0 {
-            writeln!(f, "not counted: {} without source", self.without_source)?;
+            let plural = if self.without_source == 1 { "" } else { "s" };
+            writeln!(f, "not counted: {} program{plural} without source", self.without_source)?;
         }
         Ok(())
     }

@@ -73,7 +73,6 @@ impl CaseResult {
         case: &Case,
         outcome: &Outcome,
         programs: &ProgramFiles<'_>,
-        time: Duration,
         wall: std::time::Duration,
     ) -> Self {
         let failure = |unmet: &Unmet| CaseFailure {
@@ -89,7 +88,7 @@ impl CaseResult {
             line: case.line,
             expectations: outcome.expectations,
             failures: outcome.failures.iter().map(failure).collect(),
-            time,
+            time: outcome.ended.map_or(Duration::from_ticks(0), |moment| moment.time),
             wall,
         }
     }
