@@ -246,6 +246,9 @@ codes! {
     /// The program can come here without an interrupt. The module then ignores RETI and goes on behind
     /// it.
     RetiOutsideHandler = "reti-outside-handler" Warning;
+    /// A subroutine that a handler calls ends by RSUB. RETI leaves the return address on the stack, where
+    /// the next RSUB finds it.
+    RetiInSubroutine = "reti-in-subroutine" Warning;
     /// The program runs into an interrupt handler that stands behind it.
     FallsIntoHandler = "falls-into-handler" Warning;
     /// The interrupt is enabled and has no handler: nothing happens when it occurs.

@@ -194,6 +194,18 @@ fn handlers_that_do_not_end_as_handlers_do() {
 }
 
 #[test]
+fn a_subroutine_of_a_handler_does_not_end_the_handler() {
+    let flow = |rest: &str| flow(&with_handler(rest));
+    flow(
+        "Loop: JA Loop\nHandler: CSUB Sub\nRETI\nSub: JC ZE, Out\nRSUB\nOut: RETI //! reti-in-subroutine",
+    );
+    flow(
+        "Loop: JA Loop\nHandler: CSUB A\nRETI\nA: CSUB B\nRSUB\nB: JC ZE, Out\nRSUB\nOut: RETI //! reti-in-subroutine",
+    );
+    flow("Loop: JA Loop\nHandler: JC ZE, Out\nCSUB Sub\nOut: RETI\nSub: RSUB");
+}
+
+#[test]
 fn ways_into_a_handler_that_are_no_interrupt() {
     let flow = |rest: &str| flow(&with_handler(rest));
     flow("MST 0\nHandler: MST 1 //! falls-into-handler\nRETI");

@@ -68,7 +68,11 @@ fn lines_with(assembly: &Assembly, findings: &[Diagnostic], code: Code) -> Vec<u
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 2000,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     /// Every line is one command, so that lines are addresses.
     #[test]
@@ -100,6 +104,10 @@ proptest! {
                     lines(Code::RetiOutsideHandler).contains(&at)
                         || !lines(Code::FallsIntoHandler).is_empty()
                 }
+                Some(Opcode::Reti) if executed.status.is_ok() && depth_before > depth_of_handler => {
+                    lines(Code::RetiInSubroutine).contains(&at)
+                        || lines(Code::RetiOutsideHandler).contains(&at)
+                }
                 Some(Opcode::Csub | Opcode::Call) if executed.status == Status::NOT_AVAILABLE => {
                     // How deep the program is when an interrupt comes is not known.
                     executed.in_interrupt
@@ -108,8 +116,9 @@ proptest! {
                 }
                 _ => {
                     depth_before = executed.depth;
-                    was_in_interrupt = executed.in_interrupt
-                        && executed.command.number != Opcode::Reti.number();
+                    let ends = [Opcode::Reti.number(), Opcode::Rst.number()];
+                    was_in_interrupt =
+                        executed.in_interrupt && !ends.contains(&executed.command.number);
                     return ControlFlow::Continue(());
                 }
             };

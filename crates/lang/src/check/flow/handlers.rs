@@ -18,7 +18,7 @@ pub(super) fn check(program: &Program<'_>, findings: &mut Findings<'_>) {
     let handlers = program.graph.handlers();
     let outside = outside(&program.graph, &handlers);
     ways_in(program, &handlers, &outside, findings);
-    ways_out(program, &handlers, findings);
+    ways_out(program, &handlers, &outside, findings);
     numbers(program, findings);
 }
 
@@ -65,7 +65,12 @@ fn ways_in(
     }
 }
 
-fn ways_out(program: &Program<'_>, handlers: &Addresses, findings: &mut Findings<'_>) {
+fn ways_out(
+    program: &Program<'_>,
+    handlers: &Addresses,
+    outside: &Addresses,
+    findings: &mut Findings<'_>,
+) {
     let graph = &program.graph;
     let mut inside = graph.none();
     graph.reach(&mut inside, handlers.iter(), |address| graph.same_level(address));
@@ -74,6 +79,21 @@ fn ways_out(program: &Program<'_>, handlers: &Addresses, findings: &mut Findings
         let message = "this RSUB is in an interrupt handler";
         findings.report(
             Diagnostic::new(Code::RsubInHandler, location, message).help("a handler ends by RETI"),
+        );
+    }
+    let mut called = graph.none();
+    let calls = inside.iter().filter_map(|address| graph.call(address));
+    graph.reach(&mut called, calls, |address| {
+        let [next, target] = graph.same_level(address);
+        [next, target, graph.call(address)]
+    });
+    let is_reti = |&one: &u32| graph.step(one) == Step::ReturnFromInterrupt;
+    for address in called.iter().filter(is_reti).filter(|&one| !outside.contains(one)) {
+        let Some(location) = program.location(address) else { continue };
+        let message = "this RETI is in a subroutine";
+        findings.report(
+            Diagnostic::new(Code::RetiInSubroutine, location, message)
+                .help("a subroutine ends by RSUB, and the handler that calls it by RETI"),
         );
     }
     let ending = ending(graph);
