@@ -24,7 +24,7 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "FILE", default_value = sources::DASH, hide_default_value = true)]
     output: PathBuf,
     /// Name the parameters as this module has them
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
 }
 

@@ -4,8 +4,8 @@
 mod asm;
 mod check;
 mod common;
-mod disasm;
 mod control;
+mod disasm;
 mod download;
 mod exec;
 mod fmt;
