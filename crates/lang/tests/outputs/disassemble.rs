@@ -135,25 +135,32 @@ fn a_module_gives_names_to_parameters_ports_and_interrupts() {
         &with_names(),
         "
 //from a module
+// module: tmcm-6214
+#include tmcm-6214.inc
 
-Lbl0:     SAP 4, 0, 51200           // Maximum positioning speed, pps
-          SAP 12, 0, 1              // Right limit switch disable: the switch is ignored
-          GAP 12, 0                 // Right limit switch disable
+Lbl0:     SAP APMaxPositioningSpeed, 0, 51200       // pps
+          SAP APRightLimitDisable, 0, 1             // the switch is ignored
+          GAP APRightLimitDisable, 0
           SAP 250, 0, 1
-          GGP 68, 0                 // Serial heartbeat, ms
+          GGP GPSerialHeartbeat, 0                  // ms
           GGP 5, 2
-          GIO 0, 0                  // AIN0
-          SIO 0, 0, 3               // Pull-up resistors
-          VECT 0, Lbl0              // Timer 0
+          GIO IOAin0, 0
+          SIO IOPullUps, 0, 3
+          VECT TI_TIMER0, Lbl0
           MST 0
 ",
     );
 }
 
 #[test]
-fn a_name_keeps_its_distance_from_a_wide_command() {
-    let line = "          SAP 193, 255, -2147483648";
-    shows(line, &with_names(), &format!("//from a module\n{line}  // Reference search mode\n"));
+fn a_comment_keeps_its_distance_from_a_wide_command() {
+    let line = "          SAP APSmartenergyThresholdSpeed, 255, -2147483648";
+    let head = "//from a module\n// module: tmcm-6214\n#include tmcm-6214.inc\n\n";
+    shows(
+        &format!("#include tmcm-6214.inc\n{line}"),
+        &with_names(),
+        &format!("{head}{line}  // pps\n"),
+    );
 }
 
 /// Every number with every type and some motors, and with every motor and some types.
