@@ -39,6 +39,11 @@ impl Failure {
         Self { kind: Kind::WrongUsage, ..Self::new(message) }
     }
 
+    /// What was wrong.
+    pub(crate) fn message(&self) -> &str {
+        &self.message
+    }
+
     /// Something failed, and the output says what: exit status 1 without a further word.
     pub(crate) fn told() -> Self {
         Self { kind: Kind::Told, ..Self::new("") }

@@ -18,12 +18,15 @@ mod modules;
 mod output;
 mod plot;
 mod program;
+mod program_files;
 mod progress;
 mod serve;
 mod sim;
 mod sources;
 mod terminal;
+mod test_programs;
 mod upload;
+mod virtual_target;
 
 use std::process::ExitCode;
 
@@ -46,7 +49,8 @@ Examples:
   tmcl modules tmcm-6214                        everything that the module has
   tmcl check spin.tmc                           mistakes in a program
   tmcl asm spin.tmc                             a program as the file that modules take
-  tmcl sim spin.tmc -m tmcm-6214                what a program does, in virtual time";
+  tmcl sim spin.tmc -m tmcm-6214                what a program does, in virtual time
+  tmcl test                                     tests of programs";
 
 #[derive(Subcommand)]
 enum Command {
@@ -65,6 +69,7 @@ enum Command {
     Reset(control::ResetArgs),
     Status(control::StatusArgs),
     Sim(sim::Args),
+    Test(test_programs::Args),
     Conform(conform::Args),
     Lsp(lsp::Args),
 }
@@ -86,6 +91,7 @@ fn main() -> ExitCode {
         Command::Reset(args) => failure::exit_code(control::reset(&args)),
         Command::Status(args) => failure::exit_code(control::status(&args)),
         Command::Sim(args) => failure::exit_code(sim::run(&args)),
+        Command::Test(args) => failure::exit_code(test_programs::run(&args)),
         Command::Conform(args) => conform::run(args),
         Command::Lsp(args) => lsp::run(args),
     }

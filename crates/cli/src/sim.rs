@@ -1,7 +1,7 @@
 //! `tmcl sim`: a program in virtual time.
 
 mod listing;
-mod options;
+pub(crate) mod options;
 mod picture;
 mod ports;
 mod record;
@@ -9,7 +9,7 @@ mod report;
 mod run;
 mod summary;
 mod tally;
-mod time;
+pub(crate) mod time;
 mod trace;
 
 use std::io::{BufWriter, Write};

@@ -1,4 +1,4 @@
-//! Values of the options of `tmcl sim`: times, and `N=VALUE`.
+//! Values of the options of `tmcl sim`: times, which others take as well, and `N=VALUE`.
 
 use opentmcl_wire::{Duration, TICKS_PER_SECOND};
 
@@ -14,7 +14,7 @@ const UNITS: [(&str, u64); 4] = [
 const LONGEST: u64 = 10_000 * 3600 * TICKS_PER_SECOND;
 
 /// Reads a time with its unit: `500ms`, `1.5s`, `2min`, `1h`.
-pub(super) fn parse_time(text: &str) -> Result<Duration, String> {
+pub(crate) fn parse_time(text: &str) -> Result<Duration, String> {
     let expected = || "write a number with ms, s, min or h: 500ms, 1.5s, 2min, 1h".to_owned();
     let (number, unit) = UNITS
         .iter()

@@ -13,4 +13,6 @@ mod lab;
 mod modules;
 mod serve;
 mod sim;
+mod test_coverage;
+mod test_programs;
 mod usage;
