@@ -117,6 +117,7 @@ pub fn run_case(transcript: &Transcript, case: &Case, target: &mut dyn Target) -
         }
     }
     runner.outcome.ended = Some(runner.target.moment());
+    runner.target.case_over();
     runner.no_extras_left(last_line);
     runner.outcome
 }

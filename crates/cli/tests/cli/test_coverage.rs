@@ -103,6 +103,15 @@ fn commands_that_took_the_place_of_the_program_are_not_counted_for_it() {
 }
 
 #[test]
+fn what_happens_after_the_last_line_of_a_test_is_not_counted() {
+    // A command takes 0.1 ms: at the end of the test, the fifth one is yet to come.
+    let test = "module tmcm-6214\nprogram a.tmc\nrun\nwait 350 us\n";
+    let lab = Lab::with(&[("a.tmc", "MST 0\nMST 1\nMST 2\nMST 3\nMST 4\n"), ("a.test.txt", test)]);
+    let out = lab.succeed(&["test", "--coverage"]);
+    assert!(out.contains("a.tmc  4 of 5, 80 %"), "{out}");
+}
+
+#[test]
 fn a_binary_has_no_lines_to_count() {
     let lab = Lab::with(&[("a.test.txt", "module tmcm-6214\nprogram stop.bin\nrun\n")]);
     // STOP is number 28; the last byte is the sum.
