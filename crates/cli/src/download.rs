@@ -4,12 +4,12 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use opentmcl_catalog::{MODULES, Module};
 use opentmcl_firmware::PROGRAM_LEN;
 use opentmcl_link::program::Programmer;
 use serde::Serialize;
 
 use crate::connect::ConnectArgs;
+use crate::diagnostics::counted;
 use crate::failure::Failure;
 use crate::lookup;
 use crate::program::{self, SourceArgs};
@@ -78,9 +78,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut connection = args.connect.open()?;
     let mut programmer = Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
     let identity = programmer.identity();
-    let module = chosen.or_else(|| by_number(identity?.number));
+    let module = chosen.or_else(|| lookup::by_number(identity?.number));
     let commands = program::load(&args.file, &args.source, module)?.commands;
-    programmer.check(&commands)?;
     must_not_be_protected(&mut programmer, args.verify)?;
 
     let start = Instant::now();
@@ -110,10 +109,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         started: args.run,
     };
     report(&done, args.json)
-}
-
-fn by_number(number: u16) -> Option<&'static Module> {
-    MODULES.iter().copied().find(|module| module.number == number)
 }
 
 fn must_not_be_protected(programmer: &mut Programmer<'_>, verify: bool) -> Result<(), Failure> {
@@ -146,9 +141,9 @@ fn report(done: &Downloaded, json: bool) -> Result<(), Failure> {
         return Ok(writeln!(out, "{line}")?);
     }
     let Downloaded { commands, seconds, verified, auto_start, started, .. } = done;
-    let plural = if *commands == 1 { "" } else { "s" };
+    let commands = counted(*commands, "command");
     let verified = if *verified { " and verified" } else { "" };
-    write!(out, "{commands} command{plural} downloaded{verified} in {seconds:.1} s")?;
+    write!(out, "{commands} downloaded{verified} in {seconds:.1} s")?;
     match auto_start {
         Some(true) => write!(out, "; auto start is on")?,
         Some(false) => write!(out, "; auto start is off")?,

@@ -19,6 +19,11 @@ pub(crate) fn module(name: &str) -> Result<&'static Module, Failure> {
     })
 }
 
+/// The module that calls itself so (command 136), if the catalogue has it.
+pub(crate) fn by_number(number: u16) -> Option<&'static Module> {
+    MODULES.iter().copied().find(|module| module.number == number)
+}
+
 fn nearest(name: &str) -> Option<&'static str> {
     let name = name.to_lowercase();
     // Many know a module by its number alone.

@@ -13,6 +13,7 @@ mod failure;
 mod fmt;
 mod local;
 mod lookup;
+mod lsp;
 mod modules;
 mod output;
 mod plot;
@@ -70,6 +71,7 @@ enum Command {
     Sim(sim::Args),
     Test(test_programs::Args),
     Conform(conform::Args),
+    Lsp(lsp::Args),
 }
 
 fn main() -> ExitCode {
@@ -91,5 +93,6 @@ fn main() -> ExitCode {
         Command::Sim(args) => failure::exit_code(sim::run(&args)),
         Command::Test(args) => failure::exit_code(test_programs::run(&args)),
         Command::Conform(args) => conform::run(args),
+        Command::Lsp(args) => lsp::run(args),
     }
 }

@@ -119,12 +119,8 @@ impl Sources for Disk<'_> {
     }
 }
 
-/// The file of this name in a folder, in any case; the exact name if there is one.
+/// The file of this name in a folder, in any case; the exact name is preferred.
 fn locate(folder: &Path, name: &Path) -> Option<PathBuf> {
-    let exact = folder.join(name);
-    if exact.exists() {
-        return Some(exact);
-    }
     let mut found = folder.to_owned();
     for component in name.components() {
         let exact = found.join(component);

@@ -298,18 +298,32 @@ fn names_of_moments_stand_beside_or_below_each_other() {
     plot.markers =
         moments.iter().map(|&(at, name)| marker(Duration::from_millis(at), name, "")).collect();
     let svg = plot.draw();
-    let at = |name: &str| {
-        let end = format!(">{name}</text>");
-        let line = svg.lines().find(|line| line.ends_with(&end)).unwrap();
-        let number = |key: &str| -> f64 {
-            let value = line.split_once(key).unwrap().1;
-            value.split('"').next().unwrap().parse().unwrap()
-        };
-        (number(" x=\""), number(" y=\""))
-    };
+    let at = |name: &str| place(&svg, name);
     assert!(at("second").1 > at("first").1);
     assert_eq!(at("third").1, at("first").1);
     assert_eq!(at("last"), (835.0, at("first").1), "on the left of its moment");
+}
+
+#[test]
+fn no_line_of_a_moment_runs_through_the_name_of_another() {
+    let mut plot = plot_of(&[]);
+    // The second name lies below the first one and reaches beyond the third moment.
+    let moments = [(0, "first"), (40, "a-name-that-is-long"), (100, "third")];
+    plot.markers =
+        moments.iter().map(|&(at, name)| marker(Duration::from_millis(at), name, "")).collect();
+    let svg = plot.draw();
+    assert!(place(&svg, "third").1 > place(&svg, "a-name-that-is-long").1);
+}
+
+/// Where a text stands.
+fn place(svg: &str, text: &str) -> (f64, f64) {
+    let end = format!(">{text}</text>");
+    let line = svg.lines().find(|line| line.ends_with(&end)).unwrap();
+    let number = |key: &str| -> f64 {
+        let value = line.split_once(key).unwrap().1;
+        value.split('"').next().unwrap().parse().unwrap()
+    };
+    (number(" x=\""), number(" y=\""))
 }
 
 #[test]

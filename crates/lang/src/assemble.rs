@@ -117,7 +117,10 @@ impl Collector<'_> {
                     self.redefined.push((earlier, file, name, value));
                 }
             }
-            Statement::Include { directive, argument } => self.include(file, directive, argument),
+            Statement::Include { directive, argument } => {
+                let place = Place { file, line: number as u32 };
+                self.include(place, directive, argument);
+            }
         }
     }
 
@@ -137,7 +140,8 @@ impl Collector<'_> {
         );
     }
 
-    fn include(&mut self, file: FileId, directive: TokenId, argument: Option<TokenId>) {
+    fn include(&mut self, place: Place, directive: TokenId, argument: Option<TokenId>) {
+        let file = place.file;
         let tree = self.files.tree(file);
         let word = tree.token_text(directive);
         let location = Location { file, span: tree.token_span(directive) };
@@ -161,11 +165,11 @@ impl Collector<'_> {
         let from = self.files[usize::from(file.0)].name.clone();
         match self.sources.find(&name, &from) {
             Found::File { name: known_as, text } => {
-                self.add_included(location, &known_as, text, false);
+                self.add_included(place, location, &known_as, text, false);
             }
             Found::Nothing => match builtin::file(&name) {
                 Some((known_as, text)) => {
-                    self.add_included(location, &known_as, text.into_owned(), true);
+                    self.add_included(place, location, &known_as, text.into_owned(), true);
                 }
                 None => self.not_found(location, &name),
             },
@@ -191,6 +195,7 @@ impl Collector<'_> {
 
     fn add_included(
         &mut self,
+        place: Place,
         location: Location,
         name: &str,
         text: String,
@@ -211,8 +216,8 @@ impl Collector<'_> {
             );
             return self.report(Diagnostic::new(Code::TooMuchText, location, message));
         }
-        let tree = Tree::parse(text);
-        self.add(File { name: name.into(), built_in, included_at: Some(location), tree });
+        let included_at = Some(place);
+        self.add(File { name: name.into(), built_in, included_at, tree: Tree::parse(text) });
     }
 
     fn finish(mut self, options: Options) -> Assembly {

@@ -95,8 +95,19 @@ impl Diagnostic {
     }
 }
 
+/// What the table of codes says beside names: severities, and errors told apart.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// The program cannot be assembled.
+    Error,
+    /// The program can be assembled, and does not work.
+    Fault,
+    Warning,
+    Hint,
+}
+
 macro_rules! codes {
-    ($($(#[doc = $doc:literal])+ $code:ident = $name:literal $severity:ident;)*) => {
+    ($($(#[doc = $doc:literal])+ $code:ident = $name:literal $kind:ident;)*) => {
         /// The kinds of findings. The documentation of each is what the book says of it.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Code {
@@ -112,9 +123,8 @@ macro_rules! codes {
                 match self { $(Self::$code => $name,)* }
             }
 
-            /// How bad it is.
-            pub const fn severity(self) -> Severity {
-                match self { $(Self::$code => Severity::$severity,)* }
+            const fn kind(self) -> Kind {
+                match self { $(Self::$code => Kind::$kind,)* }
             }
 
             /// What it means and what to do, in a few sentences.
@@ -174,10 +184,67 @@ codes! {
     TooMuchText = "too-much-text" Error;
     /// Only the first thousand findings of a program are told.
     TooManyFindings = "too-many-findings" Error;
-    /// A comment for the tools names a module or a code that does not exist.
+    /// A comment for the tools names a module or a code that does not exist, or a code that cannot be
+    /// silenced.
     UnknownNameInComment = "unknown-name-in-comment" Warning;
     /// A label stands where a number is expected. The address is taken, which is seldom meant.
     LabelAsNumber = "label-as-number" Warning;
+    /// The module does not have this command, and refuses it.
+    NoSuchCommand = "no-such-command" Fault;
+    /// The module refuses this command in a program: it is for hosts only, or for customer specific
+    /// firmware.
+    CommandNotAvailable = "command-not-available" Fault;
+    /// The command does not do this with its operands: SWAP and COMP are not defined for each of the
+    /// CALC commands, and a number in place of a word must be that of one of the words.
+    NoSuchOperation = "no-such-operation" Fault;
+    /// The module has fewer axes, or the operand of MVP COORD chooses none.
+    NoSuchAxis = "no-such-axis" Fault;
+    /// The module, or this axis of it, has no axis parameter with this number.
+    NoSuchAxisParameter = "no-such-axis-parameter" Fault;
+    /// The module has no bank with this number.
+    NoSuchBank = "no-such-bank" Fault;
+    /// The bank has no global parameter with this number.
+    NoSuchGlobalParameter = "no-such-global-parameter" Fault;
+    /// The bank has no input (GIO) or no output (SIO) with this number.
+    NoSuchPort = "no-such-port" Fault;
+    /// The module has no interrupt with this number, or it is 255, which has no handler.
+    NoSuchInterrupt = "no-such-interrupt" Fault;
+    /// An axis has the coordinates 0..20.
+    NoSuchCoordinate = "no-such-coordinate" Fault;
+    /// There are the user variables 0..255.
+    NoSuchVariable = "no-such-variable" Fault;
+    /// The parameter can only be read.
+    NotWritable = "not-writable" Fault;
+    /// The parameter cannot be stored in the EEPROM.
+    NotStorable = "not-storable" Fault;
+    /// The module refuses this value for this parameter, output or speed.
+    ValueOutOfRange = "value-out-of-range" Fault;
+    /// A negative time counts as 0; only -1 has a meaning of its own, the time in the accumulator.
+    NegativeTime = "negative-time" Warning;
+    /// WAIT REFSW and WAIT LIMSW with a time-out of 0 wait for ever for a switch that does not close.
+    WaitWithoutTimeOut = "wait-without-time-out" Hint;
+}
+
+impl Code {
+    /// How bad it is.
+    pub const fn severity(self) -> Severity {
+        match self.kind() {
+            Kind::Error | Kind::Fault => Severity::Error,
+            Kind::Warning => Severity::Warning,
+            Kind::Hint => Severity::Hint,
+        }
+    }
+
+    /// Whether a comment can silence it. What keeps the assembler from making a program cannot be
+    /// silenced; what a module would refuse can, since there may be another firmware.
+    pub const fn can_be_silenced(self) -> bool {
+        !matches!(self.kind(), Kind::Error)
+    }
+
+    /// The code with this name, in any case.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|code| code.name().eq_ignore_ascii_case(name))
+    }
 }
 
 #[cfg(test)]

@@ -6,17 +6,20 @@ use opentmcl_catalog::{Module, Unit};
 use opentmcl_wire::Command;
 use opentmcl_wire::opcode::{self, Field, Form, Meaning, Opcode};
 
+use crate::builtin::module as names;
+
 /// The column of commands.
 const COMMAND_COLUMN: usize = 10;
 
 /// The column of comments, behind nearly every command.
-const COMMENT_COLUMN: usize = 36;
+const COMMENT_COLUMN: usize = 52;
 
 /// How a program is shown.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Disassembly<'a> {
-    /// The module whose names of parameters, ports and interrupts stand as comments behind the
-    /// commands; without it there are none.
+    /// The module whose names of parameters, ports and interrupts stand in place of their numbers, with
+    /// units and meanings of values as comments. The program then includes the module's names and
+    /// names the module.
     pub module: Option<&'static Module>,
     /// A comment at the top. The vendor's tools have `TMCL disassembly at` and the time here.
     pub title: Option<&'a str>,
@@ -39,7 +42,11 @@ pub fn disassemble(commands: &[Command], options: &Disassembly<'_>) -> String {
             text.push('\n');
         }
     }
-    let mut wants_blank_line = false;
+    if let Some(module) = options.module {
+        let _ = writeln!(text, "// module: {}", module.name);
+        let _ = writeln!(text, "#include {}", names::file_name(module));
+    }
+    let mut wants_blank_line = options.module.is_some();
     for (address, &is_target) in targets.iter().enumerate() {
         let command = commands.get(address).copied();
         if !is_target && command.is_none() {
@@ -57,9 +64,11 @@ pub fn disassemble(commands: &[Command], options: &Disassembly<'_>) -> String {
             let separator = usize::from(is_target);
             pad(&mut text, start, COMMAND_COLUMN, separator);
             let form = mnemonic_form(command);
-            write_command(&mut text, command, form, &targets);
-            if let Some((module, form)) = options.module.zip(form) {
-                write_names(&mut text, start, command, form, module);
+            let named =
+                options.module.zip(form).and_then(|(module, form)| named(command, form, module));
+            write_command(&mut text, command, form, named.as_ref(), &targets);
+            if let Some(named) = named {
+                write_comment(&mut text, start, command, &named);
             }
         }
         text.push('\n');
@@ -92,6 +101,7 @@ fn write_command(
     text: &mut String,
     command: Command,
     form: Option<&'static Form>,
+    named: Option<&Named>,
     targets: &[bool],
 ) {
     let Some(form) = form else {
@@ -109,77 +119,72 @@ fn write_command(
         let word = operand.words.iter().find(|&&(_, value)| i32::from(value) == number);
         let label = operand.meaning == Meaning::Address
             && usize::try_from(number).is_ok_and(|address| address < targets.len());
-        let _ = match word {
-            Some((word, _)) => write!(text, "{word}"),
+        let name = named.filter(|named| named.meaning == operand.meaning);
+        let name = word.map(|&(word, _)| word).or(name.map(|named| named.constant.as_str()));
+        let _ = match name {
+            Some(name) => write!(text, "{name}"),
             None if label => write!(text, "Lbl{number}"),
             None => write!(text, "{number}"),
         };
     }
 }
 
-/// What the module calls the parameter, port or interrupt of a command, as a comment.
-fn write_names(
-    text: &mut String,
-    start: usize,
-    command: Command,
-    form: &'static Form,
-    module: &'static Module,
-) {
-    for operand in form.operands {
-        let named = match operand.meaning {
-            Meaning::AxisParameter => module.axis_parameter(command.kind).map(|row| Named {
-                name: row.name,
-                unit: row.unit,
-                values: row.values,
-            }),
-            Meaning::GlobalParameter => module
-                .global_parameter(command.motor, command.kind)
-                // The name of a row for many parameters says less than the number.
-                .filter(|row| row.number == row.last)
-                .map(|row| Named { name: row.name, unit: row.unit, values: row.values }),
+/// What a catalogue says of a number in a command.
+struct Named {
+    /// Which operand it is about.
+    meaning: Meaning,
+    /// The constant in the module's include file.
+    constant: String,
+    unit: Unit,
+    values: &'static [(i32, &'static str)],
+}
+
+/// The parameter, port or interrupt that a command names, if the module has it.
+fn named(command: Command, form: &Form, module: &'static Module) -> Option<Named> {
+    let Command { kind, motor, .. } = command;
+    form.operands.iter().find_map(|operand| {
+        let (constant, unit, values): (_, _, &[_]) = match operand.meaning {
+            Meaning::AxisParameter => {
+                let row = module.axis_parameter(kind)?;
+                (names::axis_parameter(row), row.unit, row.values)
+            }
+            Meaning::GlobalParameter => {
+                // Rows for many parameters have no name for each of them.
+                let row =
+                    module.global_parameter(motor, kind).filter(|row| row.number == row.last)?;
+                (names::global_parameter(row), row.unit, row.values)
+            }
             Meaning::Port => {
                 let is_output = form.opcode == Opcode::Sio;
                 let find = if is_output { Module::output_port } else { Module::input_port };
-                find(module, command.motor, command.kind).map(|row| Named {
-                    name: row.name,
-                    unit: row.unit,
-                    values: &[],
-                })
+                let row = find(module, motor, kind)?;
+                (names::port(row), row.unit, &[])
             }
-            Meaning::Interrupt => module.interrupt(command.kind).map(|row| Named {
-                name: row.name,
-                unit: Unit::None,
-                values: &[],
-            }),
-            _ => None,
+            Meaning::Interrupt => (names::interrupt(module.interrupt(kind)?), Unit::None, &[]),
+            _ => return None,
         };
-        let Some(named) = named else { continue };
-        pad(text, start, COMMENT_COLUMN, 2);
-        text.push_str("// ");
-        text.push_str(named.name);
-        let sets = form.operands.iter().any(|operand| operand.field == Field::Value);
-        let value = named.values.iter().find(|&&(value, _)| sets && value == command.value);
-        let unit = match named.unit {
-            Unit::None => "",
-            Unit::Microsteps => "microsteps",
-            Unit::Pps => "pps",
-            Unit::Pps2 => "pps²",
-            Unit::Other(unit) => unit,
-        };
-        let _ = match value {
-            Some((_, meaning)) => write!(text, ": {meaning}"),
-            None if unit.is_empty() => Ok(()),
-            None => write!(text, ", {unit}"),
-        };
-        return;
-    }
+        Some(Named { meaning: operand.meaning, constant, unit, values })
+    })
 }
 
-/// What a catalogue says of a number.
-struct Named {
-    name: &'static str,
-    unit: Unit,
-    values: &'static [(i32, &'static str)],
+/// The meaning of the value that a command sets, or its unit.
+fn write_comment(text: &mut String, start: usize, command: Command, named: &Named) {
+    let sets = opcode::form(command.number)
+        .is_some_and(|form| form.operands.iter().any(|operand| operand.field == Field::Value));
+    let value = named.values.iter().find(|&&(value, _)| sets && value == command.value);
+    let unit = match named.unit {
+        Unit::None => "",
+        Unit::Microsteps => "microsteps",
+        Unit::Pps => "pps",
+        Unit::Pps2 => "pps²",
+        Unit::Other(unit) => unit,
+    };
+    let comment = value.map_or(unit, |&(_, meaning)| meaning);
+    if !comment.is_empty() {
+        pad(text, start, COMMENT_COLUMN, 2);
+        text.push_str("// ");
+        text.push_str(comment);
+    }
 }
 
 /// Blanks up to a column of the line that begins at `start`, at least so many.

@@ -58,7 +58,7 @@ pub fn format(tree: &Tree) -> String {
         line_end: line_end(tree),
         blank_lines: 0,
     };
-    // Lines up to the next blank one: what a line looks like depends on no others.
+    // Lines up to the next blank one: how a line looks depends on none outside.
     let mut paragraph = Vec::new();
     let mut code = String::new();
     for (number, line) in tree.lines().iter().enumerate() {
@@ -76,11 +76,10 @@ pub fn format(tree: &Tree) -> String {
     printer.text
 }
 
-/// The lines with syntax errors, in order.
+/// The lines with syntax errors, in the order in which they are found, which is that of the lines.
 fn mistaken_lines(tree: &Tree) -> Vec<usize> {
     let places = tree.diagnostics().iter().map(|diagnostic| diagnostic.location.span.start);
     let mut lines: Vec<_> = places.map(|start| tree.line_at(start)).collect();
-    lines.sort_unstable();
     lines.dedup();
     lines
 }

@@ -7,6 +7,7 @@
 //! - [`encoding`], [`span`]: bytes to text; places in a text.
 //! - [`token`], [`tree`]: text to a lossless [`tree::Tree`].
 //! - [`assemble()`]: trees and included files to an [`Assembly`].
+//! - [`check`]: what is doubtful in an assembly, and what a module would refuse.
 //! - [`include`], [`builtin`]: where included files come from.
 //! - [`binary`], [`listing()`], [`symbols()`]: what is made of an assembly; [`disassemble()`]: the way
 //!   back.
@@ -28,6 +29,7 @@ mod assemble;
 mod assembly;
 pub mod binary;
 pub mod builtin;
+pub mod check;
 mod constants;
 pub mod diagnostic;
 mod disassemble;

@@ -62,8 +62,8 @@ impl<'a> Writer<'a> {
                 self.line(place, line);
             }
             // Files are numbered in the order in which they are included.
-            let next = assembly.files.get(self.next_file).and_then(|next| next.included_at);
-            if next.is_some_and(|at| at.file == id && file.tree.line_at(at.span.start) == number) {
+            let next = assembly.files.get(self.next_file);
+            if next.is_some_and(|next| next.included_at == Some(place)) {
                 let included = FileId(self.next_file as u16);
                 self.next_file += 1;
                 self.file(included);

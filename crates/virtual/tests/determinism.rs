@@ -213,7 +213,11 @@ fn watching_a_program_and_breaking_off_changes_no_byte() {
             Times::Watched(&mut |executed| {
                 // Now and then, at no regular command or time.
                 seen = seen.wrapping_mul(31).wrapping_add(executed.at.as_ticks() | 1);
-                if seen.is_multiple_of(7) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                if seen.is_multiple_of(7) {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
             }),
         );
         assert_same(&unwatched, &watched);

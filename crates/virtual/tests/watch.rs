@@ -188,6 +188,18 @@ fn who_breaks_off_finds_the_module_right_behind_the_command() {
 }
 
 #[test]
+fn a_break_in_the_midst_of_a_run_of_commands_has_the_time_of_its_command() {
+    let mut module = running(&["CALC ADD, 1", "JA 0"]);
+    let flow = module.advance_watched(at(u64::MAX / 2), |executed| {
+        if executed.accumulator == 100 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    // The hundredth addition is the 199th command.
+    assert!(flow.is_break());
+    assert_eq!(module.now(), at(198 * COMMAND));
+    assert_eq!(module.program_state().address, 1);
+}
+
+#[test]
 fn a_program_that_is_stepped_is_told_step_by_step() {
     let mut module = running(&["CALC ADD, 1", "CALC ADD, 1", "STOP"]);
     execute(&mut module, "131 0, 0, 0");

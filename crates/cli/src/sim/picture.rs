@@ -226,3 +226,28 @@ impl<T> Thinned<T> {
 fn microseconds(time: Duration) -> i64 {
     i64::try_from(time.as_micros()).unwrap_or(i64::MAX)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_that_are_far_apart_are_all_kept() {
+        let mut thinned = Thinned::new();
+        (0..1000).for_each(|time| thinned.push(time * 50, time));
+        assert_eq!(thinned.moments.len(), 1000);
+    }
+
+    #[test]
+    fn of_too_many_moments_the_last_one_of_each_stretch_is_kept() {
+        let mut thinned = Thinned::new();
+        // The values say which moment was the last one of the stretch.
+        (0..100_000).for_each(|time| thinned.push(time, time));
+        let stretch = thinned.stretch;
+        assert!(thinned.moments.len() <= MOMENTS && thinned.moments.len() > MOMENTS / 4);
+        for (at, (time, value)) in (1..).zip(&thinned.moments[..thinned.moments.len() - 1]) {
+            assert_eq!((*time, *value), (at * stretch - 1, at * stretch - 1));
+        }
+        assert_eq!(thinned.moments.last(), Some(&(99_999, 99_999)));
+    }
+}

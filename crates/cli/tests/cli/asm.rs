@@ -1,8 +1,9 @@
 //! `tmcl asm`, and how programs and what they include are found and read.
 
 use std::fs;
-use std::os::unix::fs::{PermissionsExt, symlink};
+use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 
+use crate::common::tmcl;
 use crate::lab::Lab;
 
 const SPIN: &str = "Speed = 2 * 25600\nLoop: ROR 0, Speed\n  JA Loop\n";
@@ -168,6 +169,18 @@ fn a_link_stays_a_link_and_a_device_a_device() {
     assert!(lab.path("spin.bin").is_symlink());
     assert_eq!(lab.bytes("target.bin"), SPIN_BIN);
     assert_eq!(lab.succeed(&["asm", "spin.tmc", "-o", "/dev/null"]), "/dev/null: 3 commands\n");
+}
+
+#[test]
+fn a_file_behind_a_device_is_written_to_and_not_replaced() {
+    let lab = Lab::with(&[("spin.tmc", SPIN), ("log", "older")]);
+    let log = fs::File::options().write(true).open(lab.path("log")).unwrap();
+    let source = lab.path("spin.tmc");
+    let args = ["asm", source.to_str().unwrap(), "--symbols", "/dev/stdout", "-o", "/dev/null"];
+    assert!(tmcl(&args).stdout(log.try_clone().unwrap()).status().unwrap().success());
+    assert_eq!(log.metadata().unwrap().ino(), fs::metadata(lab.path("log")).unwrap().ino());
+    // What is told of the binary goes the same way, to the same place: it begins the file, too.
+    assert!(lab.text("log").starts_with("/dev/null: 3 commands\n"), "{}", lab.text("log"));
 }
 
 #[test]

@@ -131,7 +131,10 @@ fn looking_at_the_state_does_not_disturb_a_download() {
     stdout_of(&["status", "-c", served.pty()]);
     let text = stdout_of(&["exec", "-c", served.pty(), "STOP", "133 0, 0, 0"]);
     assert!(text.starts_with("> STOP\n< 101 0\n"), "{text}");
-    assert_eq!(stdout_of(&["upload", "-c", served.pty()]), "CALC ADD, 1\nSTOP\n");
+    assert_eq!(
+        stdout_of(&["upload", "-c", served.pty()]),
+        "          CALC ADD, 1\n          STOP\n"
+    );
 }
 
 #[test]

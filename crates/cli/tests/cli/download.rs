@@ -22,14 +22,15 @@ again:  MVP ABS, 0, 6400
         STOP
 ";
 
-const UPLOADED: &str = "\
-SGP 10, 2, 3
-MVP ABS, 0, 6400
-WAIT POS, 0, 0
-MVP ABS, 0, 0
-WAIT POS, 0, 0
-DJNZ 10, 1
-STOP
+/// As the disassembler lays it out: commands from column 10, a label where a jump leads to.
+const UPLOADED: &str = "          SGP 10, 2, 3
+
+Lbl1:     MVP ABS, 0, 6400
+          WAIT POS, 0, 0
+          MVP ABS, 0, 0
+          WAIT POS, 0, 0
+          DJNZ 10, Lbl1
+          STOP
 ";
 
 /// The same by hand: opcode, type, motor or bank, value with the highest byte first, and the sum.
@@ -73,15 +74,18 @@ fn a_program_gets_onto_the_module_and_back_over_both_lines() {
 
         let binary = folder.path().join("stage.bin");
         let done = stdout_of(&["upload", "-c", uri, "-o", text(&binary)]);
-        assert_eq!(done, format!("7 commands written to {}\n", text(&binary)));
+        assert_eq!(done, format!("{}: 7 commands\n", text(&binary)));
         assert_eq!(fs::read(&binary).unwrap(), BINARY.as_flattened());
 
         stdout_of(&["exec", "-c", uri, "132 0, 0, 0", "STOP", "0 0, 0, 0", "133 0, 0, 0"]);
-        assert_eq!(stdout_of(&["upload", "-c", uri]), "STOP\n");
+        assert_eq!(stdout_of(&["upload", "-c", uri]), "          STOP\n");
         stdout_of(&["download", text(&binary), "-c", uri]);
         let again = folder.path().join("again.tmc");
         stdout_of(&["upload", "-c", uri, "-o", text(&again)]);
         assert_eq!(fs::read_to_string(&again).unwrap(), UPLOADED);
+        stdout_of(&["download", text(&again), "-c", uri, "--verify"]);
+        stdout_of(&["upload", "-c", uri, "-o", text(&binary)]);
+        assert_eq!(fs::read(&binary).unwrap(), BINARY.as_flattened(), "by way of its source");
     }
 }
 
@@ -111,12 +115,12 @@ fn auto_start_and_run_start_the_program() {
 
 #[test]
 fn run_begins_with_a_reset() {
-    let (_folder, source) = file("count.tmc", "CALC ADD, 1\nSTOP\n");
+    let (_folder, source) = file("count.tmc", "CALC ADD, 1\nSTOP\nCALC ADD, 10\nSTOP\n");
     let served = serve(&[]);
     for _ in 0..2 {
         stdout_of(&["download", text(&source), "-c", served.pty(), "--run"]);
     }
-    assert_eq!(value(served.pty(), "135 2, 0, 0"), "1", "counted anew from 0");
+    assert_eq!(value(served.pty(), "135 2, 0, 0"), "1", "1 + 10 without it");
 }
 
 #[test]
@@ -250,33 +254,36 @@ fn a_module_that_does_not_answer_is_given_up_in_bounded_time() {
     }
 }
 
-/// A line to the module on which some replies, by number, get lost, and some lose their first byte.
-fn bad_line(module: SocketAddr, lost: &'static [usize], shortened: &'static [usize]) -> SocketAddr {
+/// What becomes of a frame, by its number from 0.
+type Mangle = fn(usize, [u8; 9]) -> Vec<u8>;
+
+/// A line to the module on which requests and replies change.
+fn line(module: SocketAddr, requests: Mangle, replies: Mangle) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
     std::thread::spawn(move || {
-        let (mut client, _) = listener.accept().unwrap();
-        let mut module = TcpStream::connect(module).unwrap();
-        let (mut requests, mut to_module) =
-            (client.try_clone().unwrap(), module.try_clone().unwrap());
-        std::thread::spawn(move || std::io::copy(&mut requests, &mut to_module));
-        let mut frame = [0; 9];
-        for number in 0.. {
-            // The end of the test is the end of the line.
-            if module.read_exact(&mut frame).is_err() {
-                return;
-            }
-            let passed = match number {
-                _ if lost.contains(&number) => &[][..],
-                _ if shortened.contains(&number) => &frame[1..],
-                _ => &frame[..],
-            };
-            if client.write_all(passed).is_err() {
-                return;
-            }
-        }
+        let (client, _) = listener.accept().unwrap();
+        let module = TcpStream::connect(module).unwrap();
+        let back = (module.try_clone().unwrap(), client.try_clone().unwrap());
+        std::thread::spawn(move || pass(back.0, back.1, replies));
+        pass(client, module, requests);
     });
-    address
+    format!("tcp:{address}")
+}
+
+fn pass(mut from: TcpStream, mut to: TcpStream, mangle: Mangle) {
+    let mut frame = [0; 9];
+    for number in 0.. {
+        // The end of the test is the end of the line.
+        if from.read_exact(&mut frame).and_then(|()| to.write_all(&mangle(number, frame))).is_err()
+        {
+            return;
+        }
+    }
+}
+
+fn unchanged(_: usize, frame: [u8; 9]) -> Vec<u8> {
+    frame.to_vec()
 }
 
 #[test]
@@ -284,10 +291,39 @@ fn a_bad_line_costs_time_and_not_the_program() {
     let (_folder, source) = file("stage.tmc", SOURCE);
     let served = serve(&[]);
     // 0 to 3 are the type of the module, its protection and the start; then come the commands.
-    let line = bad_line(served.tcp(), &[1, 6], &[9]);
+    let uri = line(served.tcp(), unchanged, |number, frame| match number {
+        1 | 6 => vec![],
+        9 => frame[1..].to_vec(),
+        _ => frame.to_vec(),
+    });
     let start = Instant::now();
-    let uri = format!("tcp:{line}");
     let done = stdout_of(&["download", text(&source), "-c", &uri]);
     assert!(start.elapsed() >= Duration::from_secs(3), "the line was good: {done}");
     assert_eq!(stdout_of(&["upload", "-c", served.pty()]), UPLOADED);
+}
+
+#[test]
+fn verify_finds_what_no_reply_shows() {
+    let (_folder, source) = file("stage.tmc", SOURCE);
+    let served = serve(&[]);
+    // Type and checksum of MVP ABS, 0, 6400 changed alike: MVP REL.
+    let to_relative: Mangle = |_, mut frame| {
+        if frame[1..] == [4, 0, 0, 0, 0, 0x19, 0x00, 0x1E] {
+            frame[2] += 1;
+            frame[8] += 1;
+        }
+        frame.to_vec()
+    };
+    let download = |more: &[&str]| {
+        let uri = line(served.tcp(), to_relative, unchanged);
+        run(&[&["download", text(&source), "-c", &uri], more].concat())
+    };
+    assert!(download(&[]).status.success());
+    let output = download(&["--verify"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(
+        String::from_utf8(output.stderr).unwrap(),
+        "error: address 1 holds MVP REL, 0, 6400 instead of MVP ABS, 0, 6400\n\
+         help: download it again; if it stays so, check the line\n"
+    );
 }

@@ -3,12 +3,16 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::io::Write;
+use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::{Output, Stdio};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
 
+use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
-use crate::common::tmcl;
+use crate::common::{PATIENCE, tmcl};
 
 pub(crate) struct Lab(TempDir);
 
@@ -58,9 +62,20 @@ impl Lab {
         command.args(args).current_dir(self.0.path());
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
+        let id = Pid::from_child(&child);
+        let (ended, has_ended) = mpsc::channel::<()>();
+        let watchdog = thread::spawn(move || {
+            if has_ended.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                kill_process(id, Signal::KILL).unwrap();
+            }
+        });
         // It may end before it has read everything, or anything.
         let _ = child.stdin.take().unwrap().write_all(input);
-        child.wait_with_output().unwrap()
+        let output = child.wait_with_output().unwrap();
+        drop(ended);
+        watchdog.join().unwrap();
+        assert_eq!(output.status.signal(), None, "it does not end");
+        output
     }
 
     pub(crate) fn run_with(&self, args: &[&str], input: &[u8]) -> Ran {

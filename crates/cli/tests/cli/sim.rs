@@ -208,6 +208,13 @@ fn a_program_without_stop_runs_into_empty_memory() {
 }
 
 #[test]
+fn a_program_has_the_rate_that_was_asked_for() {
+    // Four commands of 1 ms before STOP, and half a second of waiting.
+    let summary = Source::new(BLINK).summary(&["--program-rate", "1000"]);
+    assert_eq!(summary["end"]["time_s"], 0.504);
+}
+
+#[test]
 fn a_jump_out_of_the_program_is_named() {
     let summary = Source::new("CALC ADD, 1\nJA 5000\n").summary(&[]);
     assert_eq!(

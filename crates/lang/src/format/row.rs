@@ -90,9 +90,8 @@ pub(super) fn read<'t>(
         let EndComment { text, column } = comment?;
         return Some(Row::Comment(CommentRow { text, column, indent: 0, continues: false }));
     }
-    let is_command =
-        matches!(line.statement, Statement::Command { .. } | Statement::Numbered { .. });
-    let indent = if is_command && tree.labels(line).is_empty() { INDENT } else { 0 };
+    let has_label = !tree.labels(line).is_empty();
+    let indent = if statement::is_command(line) && !has_label { INDENT } else { 0 };
     let first = line.tokens.clone().map(TokenId);
     let first = first.into_iter().find(|&token| tree.kind(token) != TokenKind::Blank);
     let start = buffer.len();
@@ -149,7 +148,6 @@ pub(super) fn place_comments(rows: &mut [Row<'_>], at_top: bool) {
 fn column(text: &str) -> usize {
     text.chars().fold(0, |column, character| match character {
         '\t' => column / TAB * TAB + TAB,
-        '\u{1A}' | '\u{FEFF}' => column,
         _ => column + 1,
     })
 }

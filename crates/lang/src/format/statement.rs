@@ -22,10 +22,8 @@ pub(super) fn write(tree: &Tree, line: &Line, text: &mut String) {
         | Statement::Numbered { number: head, .. } => (head, None),
         Statement::Command { mnemonic: head, form, .. } => (head, form),
     };
-    let is_command =
-        matches!(line.statement, Statement::Command { .. } | Statement::Numbered { .. });
     let labels = text[start..].chars().count();
-    let blanks = match (labels, is_command) {
+    let blanks = match (labels, is_command(line)) {
         (0, true) => INDENT,
         (0, false) => 0,
         _ => INDENT.saturating_sub(labels).max(1),
@@ -46,6 +44,11 @@ pub(super) fn write(tree: &Tree, line: &Line, text: &mut String) {
             }
         }
     }
+}
+
+/// Whether a line has a command, by its name or by its number.
+pub(super) fn is_command(line: &Line) -> bool {
+    matches!(line.statement, Statement::Command { .. } | Statement::Numbered { .. })
 }
 
 fn write_head(tree: &Tree, line: &Line, head: TokenId, text: &mut String) {
@@ -89,7 +92,7 @@ impl Writer<'_> {
             text.push(' ');
         }
         let written = self.tree.token_text(token);
-        if kind == TokenKind::Name && (next == Open || self.is_keyword(token)) {
+        if kind == TokenKind::Name && (next == Open || self.is_keyword()) {
             text.extend(written.chars().map(|character| character.to_ascii_uppercase()));
         } else {
             text.push_str(written);
@@ -99,16 +102,13 @@ impl Writer<'_> {
         self.operand += usize::from(kind == Comma);
     }
 
-    /// Whether a name is one of the words of its operand: these come before constants.
-    fn is_keyword(&self, token: TokenId) -> bool {
+    /// Whether the operand is one of its words, and nothing else: these come before constants.
+    fn is_keyword(&self) -> bool {
         let place = self.form.and_then(|form| form.operands.get(self.operand));
         let written = self.operands.get(self.operand);
         place.zip(written).is_some_and(|(place, written)| {
-            let expression = self.tree.expression(written.expression);
-            // The name and nothing else: in an expression a word means nothing.
             self.tree.name(written.expression).is_some_and(|name| {
-                expression.first == token
-                    && place.words.iter().any(|(word, _)| word.eq_ignore_ascii_case(name))
+                place.words.iter().any(|(word, _)| word.eq_ignore_ascii_case(name))
             })
         })
     }

@@ -50,7 +50,7 @@ impl Service<'_> {
             Role::ConstantDefinition | Role::Constant => self.of_constant(file, text),
             Role::Function(function) => function.map(of_function),
             Role::Number => of_number(text),
-            Role::IncludeName => self.of_file(Location { file, span: tree.token_span(part.token) }),
+            Role::IncludeName => self.of_file(file, tree.token_span(part.token).start),
             Role::Comment | Role::Operator | Role::Directive => None,
         }
     }
@@ -106,8 +106,8 @@ impl Service<'_> {
         }
     }
 
-    fn of_file(&self, included_at: Location) -> Option<String> {
-        let file = self.assembly.file(self.included_at(included_at)?);
+    fn of_file(&self, file: FileId, offset: u32) -> Option<String> {
+        let file = self.assembly.file(self.included_at(file, offset)?);
         let constants = |statement: &Statement| matches!(statement, Statement::Constant { .. });
         let lines = file.tree.lines();
         let constants = lines.iter().filter(|line| constants(&line.statement)).count();

@@ -22,6 +22,16 @@ pub(super) enum Subject {
 const USER_VARIABLES: u8 = 2;
 
 impl Subject {
+    /// Its number; the first one of a row of equal ones.
+    pub(super) const fn number(self) -> u8 {
+        match self {
+            Self::AxisParameter(row) => row.number,
+            Self::GlobalParameter(row) => row.number,
+            Self::Port(row) => row.number,
+            Self::Interrupt(row) => row.number,
+        }
+    }
+
     /// Its name in print.
     pub(super) const fn name(self) -> &'static str {
         match self {

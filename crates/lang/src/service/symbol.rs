@@ -2,6 +2,7 @@
 
 use super::Service;
 use super::parts::{Part, Role, part_at, span};
+use crate::assembly::Place;
 use crate::diagnostic::{FileId, Location};
 use crate::span::Span;
 
@@ -32,17 +33,17 @@ impl<'a> Service<'a> {
             Role::LabelDefinition | Role::Label => Some(Target::Label(text())),
             Role::ConstantDefinition | Role::Constant => Some(Target::Constant(text())),
             Role::IncludeName => {
-                let here = Location { file, span: tree.token_span(part.token) };
-                self.included_at(here).map(Target::File)
+                self.included_at(file, tree.token_span(part.token).start).map(Target::File)
             }
             _ => None,
         }
     }
 
-    /// The file that an `#include` with its name here has brought.
-    pub(super) fn included_at(&self, here: Location) -> Option<FileId> {
-        let files = &self.assembly.files;
-        let found = files.iter().position(|file| file.included_at == Some(here))?;
+    /// The file that the `#include` in the line of this offset has brought.
+    pub(super) fn included_at(&self, file: FileId, offset: u32) -> Option<FileId> {
+        let line = self.assembly.file(file).tree.line_at(offset) as u32;
+        let here = Some(Place { file, line });
+        let found = self.assembly.files.iter().position(|file| file.included_at == here)?;
         Some(self.first(FileId(found as u16)))
     }
 

@@ -5,7 +5,7 @@ use opentmcl_wire::Command;
 use opentmcl_wire::opcode::FORMS;
 use proptest::prelude::*;
 
-use super::commands;
+use super::{assembled, commands, programs_of_the_manuals};
 
 const PLAIN: Disassembly<'_> = Disassembly { module: None, title: None };
 
@@ -135,18 +135,31 @@ fn a_module_gives_names_to_parameters_ports_and_interrupts() {
         &with_names(),
         "
 //from a module
+// module: tmcm-6214
+#include tmcm-6214.inc
 
-Lbl0:     SAP 4, 0, 51200           // Maximum positioning speed, pps
-          SAP 12, 0, 1              // Right limit switch disable: the switch is ignored
-          GAP 12, 0                 // Right limit switch disable
+Lbl0:     SAP APMaxPositioningSpeed, 0, 51200       // pps
+          SAP APRightLimitDisable, 0, 1             // the switch is ignored
+          GAP APRightLimitDisable, 0
           SAP 250, 0, 1
-          GGP 68, 0                 // Serial heartbeat, ms
+          GGP GPSerialHeartbeat, 0                  // ms
           GGP 5, 2
-          GIO 0, 0                  // AIN0
-          SIO 0, 0, 3               // Pull-up resistors
-          VECT 0, Lbl0              // Timer 0
+          GIO IOAin0, 0
+          SIO IOPullUps, 0, 3
+          VECT TI_TIMER0, Lbl0
           MST 0
 ",
+    );
+}
+
+#[test]
+fn a_comment_keeps_its_distance_from_a_wide_command() {
+    let line = "          SAP APSmartenergyThresholdSpeed, 255, -2147483648";
+    let head = "//from a module\n// module: tmcm-6214\n#include tmcm-6214.inc\n\n";
+    shows(
+        &format!("#include tmcm-6214.inc\n{line}"),
+        &with_names(),
+        &format!("{head}{line}  // pps\n"),
     );
 }
 
@@ -167,6 +180,15 @@ fn every_record_comes_back() {
             .collect();
         assert_eq!(commands(&disassemble(&program, &PLAIN)), program, "command {number}");
         assert_eq!(commands(&disassemble(&program, &with_names())), program, "command {number}");
+    }
+}
+
+#[test]
+fn the_manuals_programs_come_back() {
+    for (name, text) in programs_of_the_manuals() {
+        let program: Vec<_> = assembled(&text).commands().collect();
+        let back = commands(&disassemble(&program, &with_names()));
+        assert_eq!(back, program, "{}", name.display());
     }
 }
 

@@ -5,18 +5,13 @@ use opentmcl_lang::tree::{TokenId, Tree};
 use opentmcl_lang::{MAX_TEXT, format};
 use proptest::prelude::*;
 
-use super::assembled;
+use super::{assembled, programs_of_the_manuals};
 
 #[track_caller]
 fn formats(text: &str, expected: &str) {
     let found = format(&Tree::parse(text));
     assert_eq!(found, expected, "of {text:?}");
     assert_eq!(format(&Tree::parse(&*found)), expected, "formatted again");
-}
-
-#[track_caller]
-fn stays(text: &str) {
-    formats(text, text);
 }
 
 #[test]
@@ -77,8 +72,8 @@ fn labels_stay_with_their_command() {
 #[test]
 fn operators_have_room() {
     formats(
-        "a=-( 1+b)*2 ^ -3/SQRT (c- -4)\nSAP 4,0,+speed-1\nCOMP -5\n200 -0,1+1,$ff\ncomp(5)\n",
-        "a = -(1 + b) * 2^-3 / SQRT(c - -4)\n    SAP 4, 0, +speed - 1\n    COMP -5\n    \
+        "a=-( 1+b)*2 ^ -3/SQRT (c- -4)-1\nSAP 4,0,+speed-1\nCOMP -5\n200 -0,1+1,$ff\ncomp(5)\n",
+        "a = -(1 + b) * 2^-3 / SQRT(c - -4) - 1\n    SAP 4, 0, +speed - 1\n    COMP -5\n    \
          200 -0, 1 + 1, $ff\n    COMP (5)\n",
     );
 }
@@ -152,6 +147,33 @@ fn a_comment_that_continues_the_one_above_stays_below_it() {
 }
 
 #[test]
+fn a_comment_that_only_seems_to_continue_another_stays_where_it_belongs() {
+    // It stands where commands begin.
+    formats("A:  //x\n    //y\n  MST 0\n", "A:                          //x\n    //y\n    MST 0\n");
+    // Another one is between them.
+    formats("MST 0   //a\n//b\n        //c\n", "    MST 0                   //a\n//b\n    //c\n");
+    formats(
+        "MST 0   //a\nMST 1\n        //c\n",
+        "    MST 0                   //a\n    MST 1\n    //c\n",
+    );
+    // The one above is left alone.
+    formats(
+        "MST 0   //a\nmst 0 0 //b\n        //c\n",
+        "    MST 0                   //a\nmst 0 0 //b\n    //c\n",
+    );
+}
+
+#[test]
+fn a_comment_above_a_mistake_keeps_its_margin() {
+    formats("A:\n//x\nsap 4 0, 1\nMST 0\n", "A:\n//x\nsap 4 0, 1\n    MST 0\n");
+}
+
+#[test]
+fn a_letter_is_one_column_wide_in_any_language() {
+    formats("Ä:mst 0//x\n", "Ä:  MST 0                   //x\n");
+}
+
+#[test]
 fn a_comment_goes_with_the_code_below_it() {
     formats("a=1\n//start\nMST 0\n", "a = 1\n    //start\n    MST 0\n");
     formats("a=1\n\n//start\n//here\nMST 0\n", "a = 1\n\n    //start\n    //here\n    MST 0\n");
@@ -222,7 +244,8 @@ fn a_line_with_a_mistake_stays_as_it_is() {
 
 #[test]
 fn a_text_full_of_mistakes_stays_as_it_is() {
-    stays(&"  mst 0 0\n".repeat(1000));
+    let text = format!("{}  mst  0 \n\n\n\n", "  mst 0 0\n".repeat(1000));
+    formats(&text, &text);
     let almost = "  mst 0 0\n".repeat(999);
     formats(&format!("{almost}mst 1"), &format!("{almost}    MST 1\n"));
 }
@@ -375,6 +398,13 @@ fn line() -> impl Strategy<Value = String> {
     let comment = prop::sample::select(vec!["", "", "//a", "// b  ", ";c", "  //d", "\t\t\t// e"]);
     (blank(), statement, blank(), comment)
         .prop_map(|(indent, statement, gap, comment)| format!("{indent}{statement}{gap}{comment}"))
+}
+
+#[test]
+fn the_manuals_programs_keep_their_meaning() {
+    for (name, text) in programs_of_the_manuals() {
+        check(&text).unwrap_or_else(|error| panic!("{}: {error}", name.display()));
+    }
 }
 
 proptest! {

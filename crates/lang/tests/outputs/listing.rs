@@ -92,9 +92,9 @@ fn a_file_that_is_included_twice_is_listed_twice() {
 
 #[test]
 fn a_huge_or_tiny_constant_is_listed_with_an_exponent() {
-    let text = listing(&assembled("a = 10^300\nb = -10^-300\nc = 0\nd = 1/0\n"));
+    let text = listing(&assembled("a = 10^300\nb = -10^-300\nc = 0\nd = 1/0\ne = -2.5\n"));
     let values: Vec<_> = text.lines().skip(1).map(|line| line[9..32].trim_end()).collect();
-    assert_eq!(values, ["= 1e300", "= -1e-300", "= 0", ""]);
+    assert_eq!(values, ["= 1e300", "= -1e-300", "= 0", "", "= -2.5"]);
 }
 
 #[test]
@@ -110,7 +110,7 @@ address  record                   line  source
 }
 
 #[test]
-fn symbols_are_sorted_by_address_and_keep_their_order_there() {
+fn symbols_come_by_address_and_keep_their_order_there() {
     let text = "Main: Again: JA End\nStop_All: MST 0\nzero: JA Main\nEnd:";
     let expected = "Main = 0\nAgain = 0\nStop_All = 1\nzero = 2\nEnd = 3\n";
     assert_eq!(symbols(&assembled(text)), expected);

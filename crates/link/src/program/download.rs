@@ -7,28 +7,13 @@ use super::exchange::Failed;
 use super::{Doubt, END_MARK, Programmer, Step, TransferError};
 
 impl Programmer<'_> {
-    /// Whether the module can hold this program.
-    ///
-    /// # Errors
-    /// When it is too long, or has a command that a module never stores but executes.
-    pub fn check(&self, commands: &[Command]) -> Result<(), TransferError> {
-        if commands.len() > self.memory {
-            return Err(TransferError::TooLong { commands: commands.len(), memory: self.memory });
-        }
-        let control = (0..).zip(commands).find(|(_, command)| command.number >= control::FIRST);
-        match control {
-            Some((address, &command)) => Err(TransferError::NotStorable { address, command }),
-            None => Ok(()),
-        }
-    }
-
     /// Stops what runs and stores a program from address 0, with an end mark behind it where there
     /// is room. `progress` is told how many commands are stored.
     ///
     /// # Errors
-    /// As [`Programmer::check`], before anything is sent; when a command cannot be got through or
-    /// is refused. The module then has left download mode, if it can be reached, with a part of
-    /// the program in its memory.
+    /// Before anything is sent, when the program is too long or has a command that a module never
+    /// stores but executes; when a command cannot be got through or is refused. The module then has
+    /// left download mode, if it can be reached, with a part of the program in its memory.
     pub fn download(
         &mut self,
         commands: &[Command],
@@ -42,6 +27,18 @@ impl Programmer<'_> {
             let _ = self.once(Step::EndDownload.command());
         }
         result
+    }
+
+    /// Whether the module can hold this program.
+    fn check(&self, commands: &[Command]) -> Result<(), TransferError> {
+        if commands.len() > self.memory {
+            return Err(TransferError::TooLong { commands: commands.len(), memory: self.memory });
+        }
+        let control = (0..).zip(commands).find(|(_, command)| command.number >= control::FIRST);
+        match control {
+            Some((address, &command)) => Err(TransferError::NotStorable { address, command }),
+            None => Ok(()),
+        }
     }
 
     fn store_all(

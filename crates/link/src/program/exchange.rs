@@ -16,8 +16,8 @@ pub(super) const SILENCE: Duration = Duration::from_millis(50);
 /// next attempt shows what is wrong.
 const STALE_FRAMES: usize = 32;
 
-/// Replies that may be late: no more requests are made in all attempts together.
-const LATE_REPLIES: usize = 9;
+/// Replies that may be late: no more requests are made in all attempts for one command.
+const LATE_REPLIES: usize = 12;
 
 /// Why an attempt has failed.
 pub(super) enum Failed {

@@ -21,15 +21,19 @@ pub(super) struct Written<'a> {
     pub(super) is_left_out: bool,
 }
 
-/// How names of some kind begin in include files that follow the vendor's.
+/// How names of some kind begin in the built-in include files, and in others that follow the vendor's.
 struct Prefix {
     own: &'static str,
     /// How names begin that are something else although they begin as these do.
     other: Option<&'static str>,
+    /// Whether a number means the same whatever else is written, so that any name for it will do.
+    is_unique: bool,
 }
 
-const AXIS_PARAMETERS: Prefix = Prefix { own: "AP", other: Some("APV") };
-const INTERRUPTS: Prefix = Prefix { own: "TI_", other: None };
+const AXIS_PARAMETERS: Prefix = Prefix { own: "AP", other: Some("APV"), is_unique: true };
+const GLOBAL_PARAMETERS: Prefix = Prefix { own: "GP", other: None, is_unique: false };
+const PORTS: Prefix = Prefix { own: "IO", other: None, is_unique: false };
+const INTERRUPTS: Prefix = Prefix { own: "TI_", other: None, is_unique: true };
 
 impl Service<'_> {
     /// Adds the numbers that an operand may have on the module.
@@ -49,31 +53,33 @@ impl Service<'_> {
                 for row in module.axis_parameters {
                     let has = axis.is_none_or(|axis| axis < 8 && row.axes >> axis & 1 == 1);
                     if has && may_use(form.opcode, row.access) {
-                        let name = names.get(&i64::from(row.number)).copied();
-                        let number = row.number.to_string();
-                        let subject = Subject::AxisParameter(row);
-                        add(list, module, subject, row.id, &number, name);
+                        let constant = names.find(row.number, row.id);
+                        let insert = constant.map_or(row.number.to_string(), str::to_owned);
+                        add(list, module, Subject::AxisParameter(row), row.id, &insert);
                     }
                 }
             }
             Meaning::GlobalParameter => {
+                let names = self.names_of(&GLOBAL_PARAMETERS);
                 let bank = other(Meaning::Bank);
                 for row in module.global_parameters {
                     let is_in_bank = bank.is_none_or(|bank| bank == row.bank);
                     if is_in_bank && may_use(form.opcode, row.access) {
-                        let insert = with_bank(row.number, row.bank, bank);
-                        let subject = Subject::GlobalParameter(row);
-                        add(list, module, subject, row.id, &insert, None);
+                        let constant = names.find(row.number, row.id);
+                        let insert = with_bank(constant, row.number, row.bank, bank);
+                        add(list, module, Subject::GlobalParameter(row), row.id, &insert);
                     }
                 }
             }
             Meaning::Port => {
+                let names = self.names_of(&PORTS);
                 let bank = other(Meaning::Bank);
                 for row in module.ports {
                     let is_in_bank = bank.is_none_or(|bank| bank == row.bank);
                     if is_in_bank && may_use(form.opcode, row.access) {
-                        let insert = with_bank(row.number, row.bank, bank);
-                        add(list, module, Subject::Port(row), row.id, &insert, None);
+                        let constant = names.find(row.number, row.id);
+                        let insert = with_bank(constant, row.number, row.bank, bank);
+                        add(list, module, Subject::Port(row), row.id, &insert);
                     }
                 }
             }
@@ -81,9 +87,9 @@ impl Service<'_> {
             Meaning::Interrupt => {
                 let names = self.names_of(&INTERRUPTS);
                 for row in module.interrupts {
-                    let name = names.get(&i64::from(row.number)).copied();
-                    let number = row.number.to_string();
-                    add(list, module, Subject::Interrupt(row), row.id, &number, name);
+                    let constant = names.find(row.number, row.id);
+                    let insert = constant.map_or(row.number.to_string(), str::to_owned);
+                    add(list, module, Subject::Interrupt(row), row.id, &insert);
                 }
             }
             _ => {
@@ -95,51 +101,63 @@ impl Service<'_> {
         }
     }
 
-    /// The constants of included files whose names begin so, by their value.
-    fn names_of(&self, prefix: &Prefix) -> BTreeMap<i64, &str> {
+    /// The constants of included files whose names begin so.
+    fn names_of(&self, prefix: &Prefix) -> Constants<'_> {
         let begins = |name: &str, with: &str| {
             name.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with))
         };
-        let mut names = BTreeMap::new();
+        let mut by_value: BTreeMap<i64, Vec<&str>> = BTreeMap::new();
         for constant in self.assembly.constants() {
             let is_meant = constant.location.file != FileId(0)
                 && begins(constant.name, prefix.own)
                 && !prefix.other.is_some_and(|other| begins(constant.name, other));
             if let Some(value) = constant.value.filter(|value| is_meant && value.fract() == 0.0) {
-                names.entry(value as i64).or_insert(constant.name);
+                by_value.entry(value as i64).or_default().push(constant.name);
             }
         }
-        names
+        Constants { by_value, prefix_len: prefix.own.len(), any_will_do: prefix.is_unique }
     }
 }
 
-/// Adds a row of the catalogue: called by its name in programs, inserted as its number, or as the
-/// constant that stands for the number.
-fn add(
-    list: &mut List,
-    module: &Module,
-    subject: Subject,
-    id: &str,
-    insert: &str,
-    constant: Option<&str>,
-) {
+/// Constants that may stand for numbers of one kind.
+struct Constants<'a> {
+    by_value: BTreeMap<i64, Vec<&'a str>>,
+    prefix_len: usize,
+    any_will_do: bool,
+}
+
+impl<'a> Constants<'a> {
+    /// The constant for what has this number and name: if possible one of the same name.
+    fn find(&self, number: u8, id: &str) -> Option<&'a str> {
+        let names = self.by_value.get(&i64::from(number))?;
+        let letters = |name: &str| name.replace('_', "").to_ascii_lowercase();
+        let wanted = letters(id);
+        let same = |name: &&&str| name.get(self.prefix_len..).map(letters) == Some(wanted.clone());
+        let any = names.first().filter(|_| self.any_will_do);
+        names.iter().find(same).or(any).copied()
+    }
+}
+
+/// Adds a row of the catalogue: called by its name in programs, inserted as its number or as the
+/// constant that stands for it.
+fn add(list: &mut List, module: &Module, subject: Subject, id: &str, insert: &str) {
     let detail = match subject.range() {
         Some(range) => format!("{}: {range}", subject.place()),
         None => subject.place(),
     };
     list.add(CompletionKind::Parameter, id, detail);
     list.document(subject.markdown(module));
-    list.insert(constant.unwrap_or(insert).to_owned());
+    list.insert(insert.to_owned());
     if let Some(item) = list.last() {
-        let constant = constant.map(|name| format!(" {name}")).unwrap_or_default();
-        item.filter = Some(format!("{id}{constant} {insert}"));
+        item.filter = Some(format!("{id} {insert} {}", subject.number()));
     }
 }
 
-/// A number, and the bank behind it if that is still to be written.
-fn with_bank(number: u8, bank: u8, written: Option<u8>) -> String {
+/// A number or the constant for it, and the bank behind it if that is still to be written.
+fn with_bank(constant: Option<&str>, number: u8, bank: u8, written: Option<u8>) -> String {
+    let number = constant.map_or(number.to_string(), str::to_owned);
     match written {
-        Some(_) => number.to_string(),
+        Some(_) => number,
         None => format!("{number}, {bank}"),
     }
 }

@@ -100,6 +100,10 @@ fn the_constant_of_an_included_file_is_better_than_a_number() {
     assert_eq!(proposed(text, "max_acceleration").insert, "APMaxAcceleration");
     // Constants of the main file may mean anything.
     assert_eq!(proposed("AP_MINE = 4\nSAP $0", "max_positioning_speed").insert, "4");
+    // Number 66 is the serial address in bank 0 and a user variable in bank 2.
+    let text = "#include tmcm-6214.inc\nSGP $0";
+    assert_eq!(proposed(text, "serial_address").insert, "GPSerialAddress, 0");
+    assert_eq!(proposed(&format!("{text}, 2"), "user_variable").insert, "0");
     let vector = "#include Interrupts.inc\nVECT $0";
     assert_eq!(proposed(vector, "timer_0").insert, "TI_TIMER0");
 }
