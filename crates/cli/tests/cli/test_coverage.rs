@@ -94,8 +94,9 @@ fn a_file_that_is_included_twice_sums_up_and_one_that_never_ran_has_zeros() {
 
 #[test]
 fn commands_that_took_the_place_of_the_program_are_not_counted_for_it() {
-    // The program in the test lies over the first two lines; a command by a request over the third.
-    let test = "module tmcm-6214\nprogram three.tmc\nprogram\nMST 1\nMST 2\nend\n\
+    // The program in the test lies over the first two lines, even if it does the same; a command by
+    // a request over the third.
+    let test = "module tmcm-6214\nprogram three.tmc\nprogram\nMST 0\nMST 2\nend\n\
                 > 132 0, 0, 2\n< 100\n> MST 3\n< 101\n> 133 0, 0, 0\n< 100\nrun\nwait 1 ms\n";
     let lab = Lab::with(&[("three.tmc", "MST 0\nMST 0\nMST 0\nSTOP\n"), ("a.test.txt", test)]);
     let out = lab.succeed(&["test", "--coverage"]);
