@@ -206,7 +206,7 @@ fn comment(list: &mut List, tree: &Tree, offset: u32) {
                 list.add(CompletionKind::Module, module.name, module.description);
             }
         }
-        key if key.ends_with("tmcl-allow") => {
+        "tmcl-allow" | "tmcl-allow-file" => {
             for code in Code::ALL.iter().filter(|code| code.severity() < Severity::Error) {
                 list.add(CompletionKind::Finding, code.name(), code.severity().name());
                 list.document(code.explanation().to_owned());

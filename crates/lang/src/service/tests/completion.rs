@@ -45,7 +45,7 @@ fn a_statement_begins_with_a_command_that_the_module_has() {
     {
         let mvp = proposed(text, "MVP");
         assert_eq!(mvp.kind, CompletionKind::Mnemonic);
-        assert_eq!(mvp.detail.as_deref(), Some("MVP <kind of move>, <motor>, <position>"));
+        assert_eq!(mvp.detail.as_deref(), Some("MVP <ABS|REL|COORD>, <motor>, <position>"));
         // The firmware manual of the TMCM-6214 has neither STAP nor SAC.
         let items = labels(text, CompletionKind::Mnemonic);
         assert!(!items.iter().any(|item| item == "STAP" || item == "SAC"), "{text}");
@@ -176,6 +176,8 @@ fn nothing_is_proposed_where_nothing_can_stand() {
     nothing("MVP ABS, 0, 1 $0");
     nothing("MVP ABS, 0, 1, $0");
     nothing("STOP // MV$0");
+    nothing("STOP // the module: t$0");
+    nothing("STOP // see tmcl-allow: l$0");
     nothing("Lo$0: STOP");
     nothing("Spe$0 = 5");
     nothing("XYZ $0");
@@ -190,8 +192,8 @@ fn files_and_modules_are_proposed_by_their_names() {
     assert_eq!(taken("#include \"$0", "Interrupts.inc"), "#include \"Interrupts.inc");
     assert_eq!(taken("// module: t$0", "tmcm-6214"), "// module: tmcm-6214");
     assert_eq!(
-        taken("JA 1 // why tmcl-allow: lab$0", "label-as-number"),
-        "JA 1 // why tmcl-allow: label-as-number"
+        taken("JA 1 // tmcl-allow: a, lab$0", "label-as-number"),
+        "JA 1 // tmcl-allow: a, label-as-number"
     );
     // An error cannot be allowed.
     assert!(complete("JA 1 // tmcl-allow: $0").iter().all(|item| item.label != "unknown-label"));

@@ -23,7 +23,7 @@ fn says(text: &str, parts: &[&str]) {
 
 #[test]
 fn a_command_says_how_it_is_written_and_what_it_does() {
-    let usage = "MVP <kind of move>, <motor>, <position>";
+    let usage = "MVP <ABS|REL|COORD>, <motor>, <position>";
     says("M$0VP ABS, 0, 1000", &[usage, "Command 4", "Move an axis to a position"]);
     says("$04 0, 0, 1000", &[usage, "Command 4"]);
     says("J$0A 0", &["Command 22", "only in programs"]);
