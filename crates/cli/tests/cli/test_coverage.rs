@@ -12,7 +12,7 @@ Again:  CSUB Work
         COMP 5
         JC GT, Never
         STOP
-Never:  MST 0
+Never:  STOP
 #include work.inc
 ";
 
@@ -42,7 +42,7 @@ main.tmc
         1                   4          COMP 5
         1        0 of 1     5          JC GT, Never
         1                   6          STOP
-    never                   7  Never:  MST 0
+    never                   7  Never:  STOP
 
 work.inc
  executed        jumped
