@@ -82,5 +82,5 @@ fn whole(value: f64) -> Option<i32> {
     let rounded = value.round();
     let range = f64::from(i32::MIN)..=f64::from(u32::MAX);
     // Above the largest signed number it is the bit pattern that counts, as in a program.
-    range.contains(&rounded).then(|| (rounded as i64) as i32)
+    range.contains(&rounded).then_some((rounded as i64) as i32)
 }
