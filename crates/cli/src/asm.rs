@@ -38,7 +38,7 @@ pub(crate) struct Args {
     )]
     listing: Option<PathBuf>,
     /// Check against what this module has [default: the one that the source names]
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
     #[command(flatten)]
     source: SourceArgs,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use opentmcl_catalog::Module;
-use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, binary, encoding};
+use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, binary, check, encoding};
 use opentmcl_wire::Command;
 
 use crate::diagnostics::{self, Format, Summary};
@@ -41,7 +41,8 @@ pub(crate) struct Place<'a> {
 }
 
 /// Reads a program and prints to standard error what is wrong or doubtful in its source; fails when
-/// it cannot be read or has errors. With a module, it is checked against its catalogue, too.
+/// it cannot be read or has errors. It is checked against what this module has, or else the one that
+/// it names itself.
 pub(crate) fn load(
     file: &Path,
     args: &SourceArgs,
@@ -69,11 +70,14 @@ pub(crate) fn assemble_valid(
     // What is merely worth knowing is told by `tmcl check`.
     findings.retain(|finding| finding.severity() > Severity::Hint);
     diagnostics::print(format, &assembly.files, &findings)?;
-    if findings.iter().any(|finding| finding.severity() == Severity::Error) {
-        let summary = Summary::of(&findings);
-        return Err(Failure::new(format!("{}: {summary}", sources::shown(file))));
+    let mut errors = findings.iter().filter(|finding| finding.severity() == Severity::Error);
+    let Some(first) = errors.next() else { return Ok(assembly) };
+    let failure = Failure::new(format!("{}: {}", sources::shown(file), Summary::of(&findings)));
+    if [first].into_iter().chain(errors).all(|error| error.code.can_be_silenced()) {
+        let code = first.code.name();
+        return Err(failure.help(format!("`// tmcl-allow: {code}` in the line lets it pass")));
     }
-    Ok(assembly)
+    Err(failure)
 }
 
 /// Whether a file's name says that it holds the assembled program.
@@ -89,9 +93,11 @@ pub(crate) fn assembly(file: &Path, bytes: &[u8], args: &SourceArgs) -> Assembly
     assemble(&sources::shown(file), text, &mut disk, options)
 }
 
-/// What is wrong or doubtful in a program.
-pub(crate) fn findings(assembly: &Assembly, _module: Option<&'static Module>) -> Vec<Diagnostic> {
-    assembly.diagnostics.clone()
+/// What is wrong or doubtful in a program, for this module or else the one that a comment names.
+pub(crate) fn findings(assembly: &Assembly, module: Option<&'static Module>) -> Vec<Diagnostic> {
+    // A name that no module has is among the findings.
+    let declared = || opentmcl_catalog::find(check::declared_module(assembly)?.0);
+    check::findings(assembly, module.or_else(declared))
 }
 
 /// The commands of a binary.

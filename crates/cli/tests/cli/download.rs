@@ -71,6 +71,8 @@ fn a_program_gets_onto_the_module_and_back_over_both_lines() {
         let done = stdout_of(&["download", text(&source), "-c", uri, "--verify"]);
         assert!(done.starts_with("7 commands downloaded and verified in 0."), "{done}");
         assert_eq!(stdout_of(&["upload", "-c", uri]), UPLOADED);
+        let named = stdout_of(&["upload", "-c", uri, "--names"]);
+        assert!(named.starts_with("// module: tmcm-6214\n#include tmcm-6214.inc\n"), "{named}");
 
         let binary = folder.path().join("stage.bin");
         let done = stdout_of(&["upload", "-c", uri, "-o", text(&binary)]);

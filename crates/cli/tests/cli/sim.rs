@@ -52,7 +52,7 @@ impl Source {
 /// Half a second: 10 000 commands a second, and ticks of 10 ms.
 const BLINK: &str = "\
 SIO 1, 2, 1
-SAP 5, 9, 1000 // there is no axis 9
+SAP 5, 9, 1000 // tmcl-allow: no-such-axis
 WAIT TICKS, 0, 50
 SIO 1, 2, 0
 STOP
@@ -120,7 +120,9 @@ fn a_binary_runs_and_is_shown_by_its_addresses() {
 
 #[test]
 fn a_command_refused_again_and_again_is_one_line_with_its_count() {
-    let source = Source::new("SGP 3, 2, 7\nAgain: MVP ABS, 6, 0\nDJNZ 3, Again\n");
+    let source = Source::new(
+        "SGP 3, 2, 7\nAgain: MVP ABS, 6, 0 // tmcl-allow: no-such-axis\nDJNZ 3, Again\n",
+    );
     let text = source.sim(&[]);
     let refused =
         "refused    line 2: MVP ABS, 6, 0: status 4 (invalid value), 7 times, first at 0.000 s\n";
