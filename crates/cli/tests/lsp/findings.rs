@@ -95,13 +95,21 @@ fn included_files_have_findings_of_their_own() {
 }
 
 #[test]
+fn a_file_that_is_included_twice_is_told_of_once() {
+    let folder = Folder::new(&[("main.tmc", ""), ("lib.inc", "Bad = 1 / 0\n")]);
+    let mut client = Client::new();
+    client.open(&folder.uri("main.tmc"), "#include lib.inc\n#include lib.inc\nSTOP\n");
+    assert_eq!(client.codes(&folder.uri("lib.inc")), ["0:6-0:11 undefined-value"]);
+}
+
+#[test]
 fn an_included_file_is_looked_at_in_the_program_that_includes_it() {
-    let folder = Folder::new(&[("main.tmc", ""), ("part.inc", "")]);
-    let (main, part) = (folder.uri("main.tmc"), folder.uri("part.inc"));
+    let folder = Folder::new(&[("main.tmc", ""), ("a-part.inc", "")]);
+    let (main, part) = (folder.uri("main.tmc"), folder.uri("a-part.inc"));
     let mut client = Client::new();
     client.open(&part, "Turn: MVP REL, 0, Step\nRSUB\n");
     assert_eq!(client.codes(&part), ["0:18-0:22 unknown-constant"]);
-    client.open(&main, "Step = 200\nCSUB Turn\nSTOP\n#include part.inc\n");
+    client.open(&main, "Step = 200\nCSUB Turn\nSTOP\n#include a-part.inc\n");
     assert_eq!(client.codes(&part), [""; 0]);
     let hover = client.at("textDocument/hover", &part, 0, 19);
     assert!(hover["contents"]["value"].as_str().unwrap().contains("Step = 200"));
