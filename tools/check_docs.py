@@ -6,7 +6,7 @@ Checked are README.md, CONTRIBUTING.md and docs/**/*.md:
 - ```console blocks. A line `$ COMMAND` is run, and what follows it up to the next one is its output,
   standard error included. COMMAND begins with `tmcl`, or is `make run`, which stands for
   `tmcl serve tmcm-6214`. A `\\` at its end continues it on the next line. An output with a line
-  `error: …` belongs to a command that fails, any other to one that succeeds.
+  `error: …` or `error[…` belongs to a command that fails, any other to one that succeeds.
 - `tmcl serve` goes on running for the commands and the Python that follow in the same document: until
   the next `tmcl serve` that does not fail, or the end of the document; then Ctrl-C must end it well.
   What it prints before it serves is compared.
@@ -239,7 +239,7 @@ class Document:
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )
         compare(expected, done.stdout, self.folder)
-        shall_fail = any(line.startswith("error:") for line in expected)
+        shall_fail = any(line.startswith(("error:", "error[")) for line in expected)
         if shall_fail != (done.returncode != 0):
             raise Mismatch(f"`{command}` ended with status {done.returncode}")
 

@@ -15,7 +15,10 @@ use serde::Serialize;
 
 use crate::failure::{self, Failure};
 use crate::lookup;
-use target::{ConnectedModule, InProcessModule};
+use crate::program::SourceArgs;
+use crate::program_files::ProgramFiles;
+use crate::virtual_target::VirtualTarget;
+use target::ConnectedModule;
 
 /// Run transcripts: requests and the replies that a module must give
 ///
@@ -41,6 +44,8 @@ pub(crate) struct Args {
     /// Print one JSON object per transcript
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    source: SourceArgs,
 }
 
 const EXAMPLES: &str = "\
@@ -60,7 +65,7 @@ pub(crate) fn run(args: Args) -> ExitCode {
 
 fn run_all(args: &Args) -> Result<(), Failure> {
     let only = args.module.as_deref().map(lookup::module).transpose()?;
-    let mut transcripts = files::read(&args.files)?;
+    let mut transcripts = files::read(&args.files, &mut ProgramFiles::new(&args.source))?;
     transcripts.retain(|transcript| only.is_none_or(|only| only.name == transcript.module.name));
     if transcripts.is_empty() {
         return Err(Failure::new("there are no transcripts for this module"));
@@ -118,7 +123,7 @@ impl Connect {
                     return Err(Failure::usage(format!("{name} is about {about}"))
                         .help(format!("name only transcripts of {}", model.name)));
                 }
-                Ok(opentmcl_conform::run(transcript, &mut InProcessModule::new(model)))
+                Ok(opentmcl_conform::run(transcript, &mut VirtualTarget::new(model)))
             }
             Self::Port(module) => {
                 module.restart()?;
@@ -142,7 +147,7 @@ impl Summary {
     fn add(&mut self, outcome: &Outcome) {
         self.files += 1;
         self.failed_files += usize::from(!outcome.passed());
-        self.skipped_files += usize::from(outcome.skipped.is_some());
+        self.skipped_files += usize::from(!outcome.skipped.is_empty());
         self.expectations += outcome.expectations;
         self.failed += outcome.failures.len();
     }
@@ -169,7 +174,7 @@ fn print(out: &mut impl Write, transcript: &Transcript, outcome: &Outcome) -> st
         writeln!(out, "    expected {}", failure.expected)?;
         writeln!(out, "    got      {}", failure.got)?;
     }
-    if let Some(skipped) = &outcome.skipped {
+    for skipped in &outcome.skipped {
         let (line, reason) = (skipped.line, &skipped.reason);
         writeln!(out, "  {SKIPPED}skipped{SKIPPED:#} from line {line}: {reason}")?;
     }
@@ -237,7 +242,7 @@ impl<'a> FileReport<'a> {
             expected: &failure.expected,
             got: &failure.got,
         });
-        let skipped = outcome.skipped.as_ref();
+        let skipped = outcome.skipped.first();
         Self {
             file: &transcript.name,
             module: transcript.module.name,

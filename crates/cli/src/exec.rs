@@ -2,14 +2,13 @@
 
 use std::io::Write;
 
-use opentmcl_link::{Client, Connection, ConnectionError, Uri, answers_with_text};
+use opentmcl_link::{Connection, ConnectionError, answers_with_text};
 use opentmcl_wire::serial::{self, AddressedReply, FRAME_LEN};
 use opentmcl_wire::{Command, Status, control, mnemonic};
 use serde::Serialize;
 
+use crate::connect::ConnectArgs;
 use crate::failure::Failure;
-use crate::local::LocalModule;
-use crate::lookup;
 
 /// Execute commands on a module and print the replies
 ///
@@ -22,12 +21,8 @@ pub(crate) struct Args {
     /// Commands in mnemonics, or as a number with type, motor and value: '129 0, 0, 0'
     #[arg(required = true, value_name = "COMMAND", value_parser = parse_command)]
     commands: Vec<Command>,
-    /// Module: /dev/ttyACM0, serial:PATH?baud=N, tcp:HOST:PORT or virtual:NAME
-    #[arg(short, long, value_name = "URI", value_parser = lookup::uri)]
-    connect: Uri,
-    /// Address of the module
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    address: u8,
+    #[command(flatten)]
+    connect: ConnectArgs,
     /// Show the bytes of requests and replies
     #[arg(long)]
     raw: bool,
@@ -78,10 +73,7 @@ enum Answer {
 
 /// Executes the commands.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut connection: Box<dyn Connection> = match &args.connect {
-        Uri::Virtual(name) => Box::new(LocalModule::new(lookup::module(name)?)),
-        Uri::Port(port) => Box::new(Client::open(port)?),
-    };
+    let mut connection = args.connect.open()?;
     let mut out = anstream::stdout().lock();
     for &command in &args.commands {
         let executed = execute(connection.as_mut(), args, command)?;
@@ -109,7 +101,7 @@ fn execute(
     args: &Args,
     command: Command,
 ) -> Result<Executed, Failure> {
-    let request = serial::encode_request(args.address, command);
+    let request = serial::encode_request(args.connect.address, command);
     let frame = connection.exchange(request)?;
     let answer = if answers_with_text(command) {
         let version = String::from_utf8_lossy(&frame[1..]).into_owned();

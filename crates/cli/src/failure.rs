@@ -4,6 +4,7 @@ use std::io;
 use std::process::ExitCode;
 
 use anstyle::{AnsiColor, Style};
+use opentmcl_link::program::TransferError;
 use opentmcl_link::{ConnectionError, EepromFileError, PtyError, TcpError};
 
 /// Why a subcommand did not do what it was asked to.
@@ -18,6 +19,8 @@ pub(crate) struct Failure {
 enum Kind {
     Failed,
     WrongUsage,
+    /// The output says it all.
+    Told,
     /// Whoever read the output has seen enough.
     NobodyListens,
 }
@@ -34,6 +37,16 @@ impl Failure {
     /// Something that cannot be done was asked for: exit status 2.
     pub(crate) fn usage(message: impl ToString) -> Self {
         Self { kind: Kind::WrongUsage, ..Self::new(message) }
+    }
+
+    /// What was wrong.
+    pub(crate) fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// Something failed, and the output says what: exit status 1 without a further word.
+    pub(crate) fn told() -> Self {
+        Self { kind: Kind::Told, ..Self::new("") }
     }
 
     /// What the user can do about it.
@@ -62,13 +75,15 @@ macro_rules! failures_with_help {
         }
     )*};
 }
-failures_with_help!(ConnectionError, EepromFileError, PtyError, TcpError);
+failures_with_help!(ConnectionError, EepromFileError, PtyError, TcpError, TransferError);
 
 /// Reports a failure and says how the program ends.
 pub(crate) fn exit_code(result: Result<(), Failure>) -> ExitCode {
     let Err(failure) = result else { return ExitCode::SUCCESS };
-    if failure.kind == Kind::NobodyListens {
-        return ExitCode::SUCCESS;
+    match failure.kind {
+        Kind::NobodyListens => return ExitCode::SUCCESS,
+        Kind::Told => return ExitCode::FAILURE,
+        Kind::Failed | Kind::WrongUsage => {}
     }
     anstream::eprintln!("{ERROR}error{ERROR:#}: {}", failure.message);
     if let Some(help) = failure.help {

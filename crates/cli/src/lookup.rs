@@ -19,6 +19,11 @@ pub(crate) fn module(name: &str) -> Result<&'static Module, Failure> {
     })
 }
 
+/// The module that calls itself so (command 136), if the catalogue has it.
+pub(crate) fn by_number(number: u16) -> Option<&'static Module> {
+    MODULES.iter().copied().find(|module| module.number == number)
+}
+
 fn nearest(name: &str) -> Option<&'static str> {
     let name = name.to_lowercase();
     // Many know a module by its number alone.
@@ -29,6 +34,16 @@ fn nearest(name: &str) -> Option<&'static str> {
     MODULES
         .iter()
         .map(|module| (similarity(module.name), module.name))
+        .filter(|&(similarity, _)| similarity >= SIMILAR)
+        .max_by(|(left, _), (right, _)| left.total_cmp(right))
+        .map(|(_, name)| name)
+}
+
+/// The name that was probably meant, in any case.
+pub(crate) fn nearest_of<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let name = name.to_lowercase();
+    names
+        .map(|other| (strsim::jaro_winkler(&name, &other.to_lowercase()), other))
         .filter(|&(similarity, _)| similarity >= SIMILAR)
         .max_by(|(left, _), (right, _)| left.total_cmp(right))
         .map(|(_, name)| name)

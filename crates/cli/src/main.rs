@@ -1,16 +1,32 @@
 //! The program `tmcl`: one file per subcommand, each as thin as it can be.
 
 mod asm;
+mod check;
 mod conform;
+mod connect;
+mod control;
 mod diagnostics;
+mod disasm;
+mod download;
 mod exec;
 mod failure;
+mod fmt;
 mod local;
 mod lookup;
+mod lsp;
 mod modules;
+mod output;
+mod plot;
 mod program;
+mod program_files;
+mod progress;
 mod serve;
+mod sim;
 mod sources;
+mod terminal;
+mod test_programs;
+mod upload;
+mod virtual_target;
 
 use std::process::ExitCode;
 
@@ -30,7 +46,11 @@ const EXAMPLES: &str = "\
 Examples:
   tmcl serve tmcm-6214                          a virtual module for any TMCL client
   tmcl exec -c virtual:tmcm-6214 'GAP 5, 0'     one command, one reply
-  tmcl modules tmcm-6214                        everything that the module has";
+  tmcl modules tmcm-6214                        everything that the module has
+  tmcl check spin.tmc                           mistakes in a program
+  tmcl asm spin.tmc                             a program as the file that modules take
+  tmcl sim spin.tmc -m tmcm-6214                what a program does, in virtual time
+  tmcl test                                     tests of programs";
 
 #[derive(Subcommand)]
 enum Command {
@@ -38,7 +58,20 @@ enum Command {
     Serve(serve::Args),
     Exec(exec::Args),
     Asm(asm::Args),
+    Disasm(disasm::Args),
+    Check(check::Args),
+    Fmt(fmt::Args),
+    Download(download::Args),
+    Upload(upload::Args),
+    Run(control::RunArgs),
+    Stop(control::StopArgs),
+    Step(control::StepArgs),
+    Reset(control::ResetArgs),
+    Status(control::StatusArgs),
+    Sim(sim::Args),
+    Test(test_programs::Args),
     Conform(conform::Args),
+    Lsp(lsp::Args),
 }
 
 fn main() -> ExitCode {
@@ -47,6 +80,19 @@ fn main() -> ExitCode {
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
         Command::Asm(args) => failure::exit_code(asm::run(&args)),
+        Command::Disasm(args) => failure::exit_code(disasm::run(&args)),
+        Command::Check(args) => failure::exit_code(check::run(&args)),
+        Command::Fmt(args) => failure::exit_code(fmt::run(&args)),
+        Command::Download(args) => failure::exit_code(download::run(&args)),
+        Command::Upload(args) => failure::exit_code(upload::run(&args)),
+        Command::Run(args) => failure::exit_code(control::run(&args)),
+        Command::Stop(args) => failure::exit_code(control::stop(&args)),
+        Command::Step(args) => failure::exit_code(control::step(&args)),
+        Command::Reset(args) => failure::exit_code(control::reset(&args)),
+        Command::Status(args) => failure::exit_code(control::status(&args)),
+        Command::Sim(args) => failure::exit_code(sim::run(&args)),
+        Command::Test(args) => failure::exit_code(test_programs::run(&args)),
         Command::Conform(args) => conform::run(args),
+        Command::Lsp(args) => lsp::run(args),
     }
 }

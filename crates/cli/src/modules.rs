@@ -8,7 +8,7 @@ use comfy_table::{ColumnConstraint, ContentArrangement, LineStyle, Table, TableS
 use opentmcl_catalog::{MODULES, Module};
 
 use crate::failure::Failure;
-use crate::lookup;
+use crate::{lookup, terminal};
 
 /// List the modules, or everything that one of them has
 ///
@@ -30,9 +30,6 @@ Examples:
   tmcl modules
   tmcl modules tmcm-6214
   tmcl modules tmcm-6214 --json | jq '.axis_parameters[] | select(.unit == \"pps\") | .id'";
-
-/// Width of the tables where the output is no terminal, in characters.
-const WIDTH: u16 = 100;
 
 /// Width of a column that holds no sentences, in characters.
 const NARROW: u16 = 25;
@@ -153,16 +150,11 @@ fn section(out: &mut impl Write, heading: &str, table: &Table) -> std::io::Resul
 
 /// A table as wide as the terminal, whose last column takes what the others leave.
 fn table<const COLUMNS: usize>(header: [&str; COLUMNS]) -> Table {
-    let width = rustix::termios::tcgetwinsize(std::io::stdout())
-        .map(|size| size.ws_col)
-        .ok()
-        .filter(|&columns| columns > 0)
-        .unwrap_or(WIDTH);
     let mut table = Table::new();
     table
         .load_style(STYLE)
         .set_content_arrangement(ContentArrangement::Dynamic)
-        .set_width(width)
+        .set_width(terminal::width(std::io::stdout()))
         .set_header(header);
     for column in table.column_iter_mut() {
         column.set_padding((0, 1));

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use opentmcl_catalog::Module;
-use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, encoding};
+use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, binary, check, encoding};
 use opentmcl_wire::Command;
 
-use crate::diagnostics;
+use crate::diagnostics::{self, Format, Summary};
 use crate::failure::Failure;
 use crate::sources::{self, Disk};
 
@@ -41,7 +41,8 @@ pub(crate) struct Place<'a> {
 }
 
 /// Reads a program and prints to standard error what is wrong or doubtful in its source; fails when
-/// it cannot be read or has errors. With a module, it is checked against its catalogue, too.
+/// it cannot be read or has errors. It is checked against what this module has, or else the one that
+/// it names itself.
 pub(crate) fn load(
     file: &Path,
     args: &SourceArgs,
@@ -51,17 +52,32 @@ pub(crate) fn load(
     if is_binary(file) {
         return Ok(Program { commands: decode(file, &bytes)?, assembly: None });
     }
-    let assembly = assembly(file, &bytes, args);
-    let findings = findings(&assembly, module);
-    // What is merely worth knowing is told by `tmcl check`.
-    let told: Vec<_> =
-        findings.iter().filter(|finding| finding.severity() > Severity::Hint).collect();
-    diagnostics::print(&assembly, &told);
-    if told.iter().any(|finding| finding.severity() == Severity::Error) {
-        let summary = diagnostics::Summary::of(told.iter().copied());
-        return Err(Failure::new(format!("{}: {summary}", sources::shown(file))));
-    }
+    let assembly = assemble_valid(file, &bytes, args, module, Format::Human)?;
     Ok(Program { commands: assembly.commands().collect(), assembly: Some(assembly) })
+}
+
+/// Assembles a source and prints what is wrong or doubtful: for people to standard error, for
+/// programs to standard output. Fails when there are errors.
+pub(crate) fn assemble_valid(
+    file: &Path,
+    bytes: &[u8],
+    args: &SourceArgs,
+    module: Option<&'static Module>,
+    format: Format,
+) -> Result<Assembly, Failure> {
+    let assembly = assembly(file, bytes, args);
+    let mut findings = findings(&assembly, module);
+    // What is merely worth knowing is told by `tmcl check`.
+    findings.retain(|finding| finding.severity() > Severity::Hint);
+    diagnostics::print(format, &assembly.files, &findings)?;
+    let mut errors = findings.iter().filter(|finding| finding.severity() == Severity::Error);
+    let Some(first) = errors.next() else { return Ok(assembly) };
+    let failure = Failure::new(format!("{}: {}", sources::shown(file), Summary::of(&findings)));
+    if [first].into_iter().chain(errors).all(|error| error.code.can_be_silenced()) {
+        let code = first.code.name();
+        return Err(failure.help(format!("`// tmcl-allow: {code}` in the line lets it pass")));
+    }
+    Err(failure)
 }
 
 /// Whether a file's name says that it holds the assembled program.
@@ -77,22 +93,22 @@ pub(crate) fn assembly(file: &Path, bytes: &[u8], args: &SourceArgs) -> Assembly
     assemble(&sources::shown(file), text, &mut disk, options)
 }
 
-/// What is wrong or doubtful in a program.
-pub(crate) fn findings(assembly: &Assembly, _module: Option<&'static Module>) -> Vec<Diagnostic> {
-    assembly.diagnostics.clone()
+/// What is wrong or doubtful in a program, for this module or else the one that a comment names.
+pub(crate) fn findings(assembly: &Assembly, module: Option<&'static Module>) -> Vec<Diagnostic> {
+    // A name that no module has is among the findings.
+    let declared = || opentmcl_catalog::find(check::declared_module(assembly)?.0);
+    check::findings(assembly, module.or_else(declared))
 }
 
 /// The commands of a binary.
 pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
-    let mut commands = Vec::with_capacity(bytes.len() / 8);
-    for (number, record) in bytes.chunks(8).enumerate() {
-        let &[opcode, kind, motor, a, b, c, d, _] = record else {
-            let shown = sources::shown(file);
-            return Err(Failure::new(format!("{shown}: record {number} is not complete")));
-        };
-        commands.push(Command::new(opcode, kind, motor, i32::from_be_bytes([a, b, c, d])));
-    }
-    Ok(commands)
+    binary::decode(bytes).map_err(|bad| {
+        let first = bad.first().map(ToString::to_string).unwrap_or_default();
+        let more = if bad.len() > 1 { ", and it is not the only one" } else { "" };
+        Failure::new(format!("{}: {first}{more}", sources::shown(file))).help(
+            "a binary has eight bytes per command, the last of which is the sum of the others",
+        )
+    })
 }
 
 impl Program {
@@ -116,5 +132,58 @@ impl Program {
         // The assembler meets them in this order.
         let labels = self.assembly.iter().flat_map(Assembly::labels);
         labels.filter_map(|label| Some((label.name, label.address.try_into().ok()?)))
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "the panic of a test is its report")]
+mod tests {
+    use super::*;
+
+    /// Loads `main.tmc`, which includes `part.inc`.
+    fn program(main: &str, part: &str) -> (tempfile::TempDir, Result<Program, Failure>) {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("part.inc"), part).unwrap();
+        let file = folder.path().join("main.tmc");
+        std::fs::write(&file, main).unwrap();
+        let args = SourceArgs { include: Vec::new(), no_stop: false };
+        (folder, load(&file, &args, None))
+    }
+
+    #[test]
+    fn a_command_has_the_place_where_it_is_written() {
+        let (folder, program) =
+            program("Begin: ROR 0, 1\n#include part.inc\n", "\n  MST 0 // end\nLast:\n");
+        let program = program.unwrap();
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        let place = |address| program.place(address);
+        let (main, part) = (path("main.tmc"), path("part.inc"));
+        assert_eq!(place(0), Some(Place { file: &main, line: 1, text: "Begin: ROR 0, 1" }));
+        assert_eq!(place(1), Some(Place { file: &part, line: 2, text: "MST 0 // end" }));
+        assert_eq!(program.commands.len(), 3);
+        assert_eq!(place(2), None, "the assembler has added STOP");
+        assert_eq!(place(3), None);
+    }
+
+    #[test]
+    fn labels_are_found_in_any_case_and_come_by_address() {
+        let (_folder, program) = program("#include part.inc\nZ: ROR 0, 1\nA:\n", "M: MST 0\n");
+        let program = program.unwrap();
+        assert_eq!(program.labels().collect::<Vec<_>>(), [("M", 0), ("Z", 1), ("A", 2)]);
+        assert_eq!(program.label("z"), Some(1));
+        assert_eq!(program.label("y"), None);
+    }
+
+    #[test]
+    fn a_binary_has_commands_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("spin.BIN");
+        // ROR 0, 1: the last byte is the sum.
+        std::fs::write(&file, [1, 0, 0, 0, 0, 0, 1, 2]).unwrap();
+        let args = SourceArgs { include: Vec::new(), no_stop: false };
+        let program = load(&file, &args, None).unwrap();
+        assert_eq!(program.commands, [Command::new(1, 0, 0, 1)]);
+        assert_eq!((program.place(0), program.label("x")), (None, None));
+        assert_eq!(program.labels().count(), 0);
     }
 }

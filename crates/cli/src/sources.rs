@@ -1,6 +1,6 @@
 //! Files of programs on disk: reading one, and finding those that it includes.
 
-use std::fs::File;
+use std::fs::{DirEntry, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -9,8 +9,8 @@ use opentmcl_lang::include::{Found, Sources};
 
 use crate::failure::Failure;
 
-/// The name that stands for standard input.
-pub(crate) const STDIN: &str = "-";
+/// The name that stands for standard input, or standard output where something is written.
+pub(crate) const DASH: &str = "-";
 
 /// What standard input is called where a file's name is shown.
 const STDIN_SHOWN: &str = "<stdin>";
@@ -18,19 +18,19 @@ const STDIN_SHOWN: &str = "<stdin>";
 /// The largest file that is read, in bytes.
 const MAX_LEN: u64 = opentmcl_lang::MAX_TEXT as u64;
 
-/// Whether a file named on the command line stands for standard input.
-pub(crate) fn is_stdin(file: &Path) -> bool {
-    file.as_os_str() == STDIN
+/// Whether a file named on the command line stands for standard input or output.
+pub(crate) fn is_dash(file: &Path) -> bool {
+    file.as_os_str() == DASH
 }
 
 /// The name of a file as it is shown.
 pub(crate) fn shown(file: &Path) -> String {
-    if is_stdin(file) { STDIN_SHOWN.into() } else { file.display().to_string() }
+    if is_dash(file) { STDIN_SHOWN.into() } else { file.display().to_string() }
 }
 
 /// Reads a file, or standard input.
 pub(crate) fn read(file: &Path) -> Result<Vec<u8>, Failure> {
-    let bytes = if is_stdin(file) {
+    let bytes = if is_dash(file) {
         limited(io::stdin().lock())
     } else {
         // Beforehand, for the same words on all systems.
@@ -76,7 +76,7 @@ impl<'a> Disk<'a> {
     /// For the program with this main file.
     pub(crate) fn new(main: &Path, folders: &'a [PathBuf]) -> Self {
         let mut disk = Self { folders, known: Vec::new() };
-        if !is_stdin(main) {
+        if !is_dash(main) {
             disk.name(main);
         }
         disk
@@ -119,12 +119,8 @@ impl Sources for Disk<'_> {
     }
 }
 
-/// The file of this name in a folder, in any case; the exact name if there is one.
+/// The file of this name in a folder, in any case; the exact name is preferred.
 fn locate(folder: &Path, name: &Path) -> Option<PathBuf> {
-    let exact = folder.join(name);
-    if exact.exists() {
-        return Some(exact);
-    }
     let mut found = folder.to_owned();
     for component in name.components() {
         let exact = found.join(component);
@@ -140,4 +136,50 @@ fn in_any_case(folder: &Path, name: std::path::Component<'_>) -> Option<std::ffi
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let names = folder.read_dir().ok()?.filter_map(|entry| Some(entry.ok()?.file_name()));
     names.filter(|name| name.to_str().is_some_and(|name| name.to_lowercase() == wanted)).min()
+}
+
+/// The extensions of sources. Files that are only included have any.
+const EXTENSIONS: [&str; 2] = ["tmc", "tmcl"];
+
+/// The files that are meant by files and folders: of a folder all sources in it and in its folders,
+/// in order of their names, without hidden ones.
+pub(crate) fn expand(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut files = Vec::new();
+    for path in named {
+        if is_dash(path) || !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let before = files.len();
+        add_folder(path, &mut files).map_err(|error| {
+            Failure::new(format!("cannot read {}: {}", path.display(), reason(&error)))
+        })?;
+        if files.len() == before {
+            let message = format!("there is no .tmc file in {}", path.display());
+            return Err(Failure::new(message).help("name the files themselves"));
+        }
+    }
+    Ok(files)
+}
+
+fn add_folder(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
+    let mut entries = folder.read_dir()?.collect::<io::Result<Vec<_>>>()?;
+    entries.sort_by_key(DirEntry::file_name);
+    for entry in entries {
+        if entry.file_name().as_encoded_bytes().starts_with(b".") {
+            continue;
+        }
+        let path = entry.path();
+        // People write `spin.tmc`, and so do those who read our output.
+        let path = path.strip_prefix(".").unwrap_or(&path).to_owned();
+        let extension = path.extension().unwrap_or_default();
+        let is_source = EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known));
+        // The type is that of a link itself: what it leads to could be a folder above.
+        if entry.file_type()?.is_dir() {
+            add_folder(&path, files)?;
+        } else if is_source && path.is_file() {
+            files.push(path);
+        }
+    }
+    Ok(())
 }

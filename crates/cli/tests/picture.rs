@@ -1,15 +1,16 @@
-//! The picture of the README: six axes of a virtual module, recorded and drawn.
+//! The picture of the README: six axes of a virtual module, recorded and drawn; and the plotter, which
+//! is that of `tmcl sim --plot`.
 //!
 //! The file must be what is drawn here. After a change that is meant to alter it, run
 //! `OPENTMCL_BLESS=1 cargo test -p opentmcl-cli --test picture` and look at it.
 
-#[path = "picture/plot.rs"]
+#[path = "../src/plot/mod.rs"]
 mod plot;
 
 use opentmcl_virtual::VirtualModule;
 use opentmcl_wire::{Duration, Instant, mnemonic};
 
-use plot::{Panel, Span};
+use plot::{Curve, Marker, Marks, Panel, Plot, Row};
 
 const PICTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/images/six-axes.svg");
 
@@ -105,50 +106,51 @@ impl Scene {
     }
 }
 
-fn curves(samples: &[Sample], of: impl Fn(&Sample) -> [i32; AXES]) -> Vec<Vec<(i64, i64)>> {
-    let milliseconds = |time: Duration| i64::try_from(time.as_millis()).unwrap();
+fn microseconds(time: Duration) -> i64 {
+    i64::try_from(time.as_micros()).unwrap()
+}
+
+fn curves(samples: &[Sample], of: impl Fn(&Sample) -> [i32; AXES]) -> Vec<Curve> {
     (0..AXES)
-        .map(|axis| {
-            samples
+        .map(|axis| Curve {
+            style: axis,
+            points: samples
                 .iter()
-                .map(|sample| (milliseconds(sample.time), i64::from(of(sample)[axis])))
-                .collect()
+                .map(|sample| (microseconds(sample.time), i64::from(of(sample)[axis])))
+                .collect(),
         })
         .collect()
 }
 
+fn marker(time: Duration, command: &str, meaning: &str) -> Marker {
+    let meaning = (!meaning.is_empty()).then(|| meaning.to_owned());
+    Marker { time: microseconds(time), command: command.to_owned(), meaning }
+}
+
 fn draw(samples: &[Sample]) -> String {
-    let moments = [
-        (LEAD, "MVP COORD, $7F, 1", "one move of six axes, interpolated"),
-        (RETURN, "MVP ABS, 0…5, 0", "six moves, each at its own limits"),
-    ];
-    let panels = [
-        Panel {
-            title: "speed in 1000 pps",
-            values: Span { from: -80_000, to: 80_000 },
-            tick: 40_000,
-            curves: curves(samples, |sample| sample.speed),
-        },
-        Panel {
-            title: "position in 1000 microsteps",
-            values: Span { from: -100_000, to: 100_000 },
-            tick: 50_000,
-            curves: curves(samples, |sample| sample.position),
-        },
-    ];
-    let end = i64::try_from(END.as_millis()).unwrap();
-    let mut svg = String::new();
-    plot::write(
-        &mut svg,
-        "Six axes of a virtual TMCM-6214",
-        Span { from: 0, to: end },
-        &moments.map(|(at, command, meaning)| {
-            (i64::try_from(at.as_millis()).unwrap(), command, meaning)
-        }),
-        &panels,
-    )
-    .unwrap();
-    svg
+    Plot {
+        title: "Six axes of a virtual TMCM-6214".to_owned(),
+        end: microseconds(END),
+        markers: vec![
+            marker(LEAD, "MVP COORD, $7F, 1", "one move of six axes, interpolated"),
+            marker(RETURN, "MVP ABS, 0…5, 0", "six moves, each at its own limits"),
+        ],
+        marks: None,
+        legend: (0..AXES).map(|axis| (axis, format!("axis {axis}"))).collect(),
+        panels: vec![
+            Panel::Curves {
+                quantity: "speed",
+                unit: "pps",
+                curves: curves(samples, |sample| sample.speed),
+            },
+            Panel::Curves {
+                quantity: "position",
+                unit: "microsteps",
+                curves: curves(samples, |sample| sample.position),
+            },
+        ],
+    }
+    .draw()
 }
 
 #[test]
@@ -184,4 +186,164 @@ fn the_interpolated_axes_stay_on_a_straight_line_and_arrive_together() {
     let last = interpolated.last().unwrap();
     assert_eq!(last.position, SCENE.map(|(.., way)| way));
     assert_eq!(samples.last().unwrap().position, [0; AXES]);
+}
+
+/// A plot of one second with one curve and nothing else.
+fn plot_of(points: &[(i64, i64)]) -> Plot {
+    let curve = Curve { style: 1, points: points.to_vec() };
+    Plot {
+        title: "title".to_owned(),
+        end: 1_000_000,
+        markers: Vec::new(),
+        marks: None,
+        legend: Vec::new(),
+        panels: vec![Panel::Curves { quantity: "speed", unit: "pps", curves: vec![curve] }],
+    }
+}
+
+/// The texts of elements with this beginning.
+fn texts<'a>(svg: &'a str, beginning: &str) -> Vec<&'a str> {
+    svg.lines()
+        .filter(|line| line.starts_with(beginning))
+        .map(|line| line.split_once('>').unwrap().1.trim_end_matches("</text>"))
+        .collect()
+}
+
+/// The corners of the first line with this class.
+fn corners(svg: &str, class: &str) -> Vec<(f64, f64)> {
+    let start = format!("<polyline class=\"{class}\"");
+    let line = svg.lines().find(|line| line.starts_with(&start)).unwrap();
+    let points = line.split_once("points=\"").unwrap().1.trim_end_matches("\"/>");
+    let number = |text: &str| text.parse().unwrap();
+    points
+        .split(' ')
+        .map(|point| point.split_once(',').unwrap())
+        .map(|(x, y)| (number(x), number(y)))
+        .collect()
+}
+
+#[test]
+fn axes_have_round_ticks_and_units() {
+    let ticks = |end, peak| {
+        let mut plot = plot_of(&[(0, 0), (end, peak)]);
+        plot.end = end;
+        let svg = plot.draw();
+        let times = texts(&svg, "<text class=\"middle\" x").join(" ");
+        let values = texts(&svg, "<text class=\"right\"").join(" ");
+        let quantity = texts(&svg, "<text class=\"middle\" transform").join(" ");
+        format!("{times}; {values}; {quantity}")
+    };
+    assert_eq!(
+        ticks(1_000_000, 51_200),
+        "0.0 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 0.9 1.0; 0 10 20 30 40 50 60 time in s; speed in 1000 pps"
+    );
+    assert_eq!(ticks(30_000, 7), "0 5 10 15 20 25 30; 0 1 2 3 4 5 6 7 time in ms; speed in pps");
+    assert_eq!(
+        ticks(3_600_000_000, -3_000_000),
+        "0 5 10 15 20 25 30 35 40 45 50 55 60; \u{2212}3.0 \u{2212}2.5 \u{2212}2.0 \u{2212}1.5 \
+         \u{2212}1.0 \u{2212}0.5 0.0 time in min; speed in million pps"
+    );
+}
+
+#[test]
+fn a_curve_keeps_its_corners_and_nothing_between_them() {
+    let svg =
+        plot_of(&[(0, 0), (250_000, 500), (500_000, 1000), (750_000, 1000), (1_000_000, 0)]).draw();
+    let [from, peak, plateau, to] = corners(&svg, "curve")[..] else { panic!("{svg}") };
+    // The plot is 780 pixels wide from pixel 64 on, each panel 190 high.
+    assert_eq!((from.0, peak.0, plateau.0, to.0), (64.0, 454.0, 649.0, 844.0));
+    assert_eq!((from.1 - peak.1, from.1 - plateau.1, from.1 - to.1), (190.0, 190.0, 0.0));
+}
+
+#[test]
+fn curves_are_told_apart_without_colour() {
+    let mut plot = plot_of(&[]);
+    plot.legend = (0..AXES).map(|axis| (axis, format!("axis {axis}"))).collect();
+    plot.panels.clear();
+    let svg = plot.draw();
+    let mut dashes: Vec<_> = svg
+        .lines()
+        .filter(|line| line.starts_with("<polyline"))
+        .map(|line| {
+            line.split_once("stroke-dasharray")
+                .map_or("", |(_, rest)| rest.split('"').nth(1).unwrap())
+        })
+        .collect();
+    dashes.sort_unstable();
+    dashes.dedup();
+    assert_eq!(dashes.len(), AXES, "{dashes:?}");
+}
+
+#[test]
+fn levels_are_steps() {
+    let mut plot = plot_of(&[]);
+    let row = Row { name: "7".to_owned(), changes: vec![(500_000, true), (750_000, false)] };
+    plot.panels = vec![Panel::Levels { quantity: "output", rows: vec![row] }];
+    let svg = plot.draw();
+    let steps = corners(&svg, "level");
+    let low = steps[0].1;
+    let high = low - 17.0;
+    assert_eq!(
+        steps,
+        [(64.0, low), (454.0, low), (454.0, high), (649.0, high), (649.0, low), (844.0, low)]
+    );
+    assert!(svg.contains(">7</text>") && svg.contains(">output</text>"), "{svg}");
+}
+
+#[test]
+fn names_of_moments_stand_beside_or_below_each_other() {
+    let mut plot = plot_of(&[]);
+    // 780 pixels a second: the first two are 8 pixels apart, the third is far away, the last at the end.
+    let moments = [(100, "first"), (110, "second"), (600, "third"), (1000, "last")];
+    plot.markers =
+        moments.iter().map(|&(at, name)| marker(Duration::from_millis(at), name, "")).collect();
+    let svg = plot.draw();
+    let at = |name: &str| place(&svg, name);
+    assert!(at("second").1 > at("first").1);
+    assert_eq!(at("third").1, at("first").1);
+    assert_eq!(at("last"), (835.0, at("first").1), "on the left of its moment");
+}
+
+#[test]
+fn no_line_of_a_moment_runs_through_the_name_of_another() {
+    let mut plot = plot_of(&[]);
+    // The second name lies below the first one and reaches beyond the third moment.
+    let moments = [(0, "first"), (40, "a-name-that-is-long"), (100, "third")];
+    plot.markers =
+        moments.iter().map(|&(at, name)| marker(Duration::from_millis(at), name, "")).collect();
+    let svg = plot.draw();
+    assert!(place(&svg, "third").1 > place(&svg, "a-name-that-is-long").1);
+}
+
+/// Where a text stands.
+fn place(svg: &str, text: &str) -> (f64, f64) {
+    let end = format!(">{text}</text>");
+    let line = svg.lines().find(|line| line.ends_with(&end)).unwrap();
+    let number = |key: &str| -> f64 {
+        let value = line.split_once(key).unwrap().1;
+        value.split('"').next().unwrap().parse().unwrap()
+    };
+    (number(" x=\""), number(" y=\""))
+}
+
+#[test]
+fn moments_without_room_for_their_names_are_left_out() {
+    let mut plot = plot_of(&[]);
+    plot.markers = (0..1000).map(|at| marker(Duration::from_millis(at), "crowded", "")).collect();
+    plot.marks = Some(Marks { name: "beat", times: (0..100_000).map(|at| at * 10).collect() });
+    let svg = plot.draw();
+    let names = texts(&svg, "<text class=\"command").len();
+    // A name takes 65 of 780 pixels, in four lines.
+    assert!((12..=48).contains(&names), "{names}");
+    let marks = svg.matches("class=\"mark\"").count();
+    assert!((300..=400).contains(&marks), "one every two pixels: {marks}");
+}
+
+#[test]
+fn nothing_in_a_text_is_taken_for_markup() {
+    let mut plot = plot_of(&[]);
+    plot.title = "a<b & \u{1b}c>".to_owned();
+    let svg = plot.draw();
+    assert!(svg.contains("<title>a&lt;b &amp; \u{FFFD}c&gt;</title>"), "{svg}");
+    assert!(!svg.contains('\u{1b}'));
 }

@@ -78,13 +78,14 @@ fn the_page_of_commands_is_up_to_date() {
             continue;
         }
         told.push(operand);
-        let users = FORMS.iter().filter(|form| {
-            form.operands.iter().any(|other| other.words == operand.words)
-        });
+        let users = FORMS
+            .iter()
+            .filter(|form| form.operands.iter().any(|other| other.words == operand.words));
         let users: Vec<_> = users.map(|form| form.mnemonic).collect();
         let words: Vec<_> =
             operand.words.iter().map(|(word, number)| format!("`{word}` {number}")).collect();
-        let _ = writeln!(page, "| {} | {} | {} |", operand.name, users.join(", "), words.join(", "));
+        let _ =
+            writeln!(page, "| {} | {} | {} |", operand.name, users.join(", "), words.join(", "));
     }
     page += "\n## Functions of expressions\n\n| Function | Value |\n|---|---|\n";
     for function in Function::ALL {

@@ -12,7 +12,7 @@ use std::fmt;
 use opentmcl_catalog::{AxisBehaviour, GlobalBehaviour, Module};
 use opentmcl_wire::{Command, Opcode, control};
 
-use crate::parse::{StepKind, Transcript};
+use crate::transcript::{StepKind, Transcript};
 
 /// A row of one of the catalogue's tables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -74,7 +74,7 @@ impl Coverage {
     pub fn add(&mut self, transcript: &Transcript) {
         // From the end, so that what follows a step is known when the step is looked at.
         let mut telling_follows = false;
-        for step in transcript.steps.iter().rev() {
+        for step in transcript.steps().rev() {
             match &step.kind {
                 StepKind::Exchange(exchange) => {
                     let telling = exchange.expected.is_telling();
@@ -83,10 +83,16 @@ impl Coverage {
                         self.touch(command, telling, telling_follows);
                     }
                 }
+                StepKind::Expect(conditions) | StepKind::WaitUntil { conditions, .. } => {
+                    telling_follows = true;
+                    for condition in conditions {
+                        self.touch(condition.command, true, true);
+                    }
+                }
                 StepKind::ExtraReply(_) => telling_follows = true,
                 StepKind::Program(program) => {
-                    for source in &program.commands {
-                        self.touch(source.command, telling_follows, telling_follows);
+                    for command in program.commands() {
+                        self.touch(command, telling_follows, telling_follows);
                     }
                     for number in [control::START_DOWNLOAD, control::END_DOWNLOAD] {
                         self.touch(Command::new(number, 0, 0, 0), false, telling_follows);
@@ -245,9 +251,11 @@ impl fmt::Display for Coverage {
 mod tests {
     use super::*;
     use crate::parse::parse;
+    use crate::programs::NoPrograms;
 
     fn covered(text: &str) -> BTreeSet<Row> {
-        let transcript = parse("test.txt", &format!("module tmcm-6214\n{text}")).unwrap();
+        let text = format!("module tmcm-6214\n{text}");
+        let transcript = parse("test.txt", &text, &mut NoPrograms).unwrap();
         let mut coverage = Coverage::new(transcript.module);
         coverage.add(&transcript);
         coverage.covered

@@ -1,167 +1,22 @@
 //! Text to steps. A file is read to its end whatever is wrong with it, and all of it is told.
 
-use std::fmt;
-use std::ops::RangeInclusive;
+mod case;
+mod condition;
+mod names;
+mod number;
+mod reply;
 
 use opentmcl_catalog::{MODULES, Module};
-use opentmcl_wire::serial::{self, FRAME_LEN};
-use opentmcl_wire::{Command, Duration, mnemonic};
+use opentmcl_wire::serial::FRAME_LEN;
+use opentmcl_wire::{Command, Opcode, control};
 
-/// Address of the module unless a line names another one: the factory setting.
-pub const DEFAULT_ADDRESS: u8 = 1;
-
-/// One file, understood.
-#[derive(Clone, Debug)]
-pub struct Transcript {
-    /// Where it comes from, as the user knows it.
-    pub name: String,
-    /// The module that it is about.
-    pub module: &'static Module,
-    /// What happens, in order.
-    pub steps: Vec<Step>,
-}
-
-/// One thing to do, and what must come of it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Step {
-    /// Line in the file, counted from 1.
-    pub line: usize,
-    /// What is to be done.
-    pub kind: StepKind,
-}
-
-/// What a step does.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum StepKind {
-    /// A request and its reply.
-    Exchange(Exchange),
-    /// One more reply must have come by now.
-    ExtraReply(ExpectedReply),
-    /// A program is loaded.
-    Program(Program),
-    /// Time passes.
-    Wait(Duration),
-    /// The following requests use this line.
-    Port(Line),
-    /// The supply goes off and on.
-    PowerCycle,
-    /// A digital input changes.
-    Input {
-        /// Which input.
-        number: u8,
-        /// Its level from now on.
-        high: bool,
-    },
-    /// An analog input changes.
-    Analog {
-        /// Which input.
-        number: u8,
-        /// What the converter reads from now on.
-        reading: u16,
-    },
-    /// A new module takes the place of the present one.
-    Fresh,
-}
-
-/// A request and what must answer it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Exchange {
-    /// The request as it is written in the file.
-    pub text: String,
-    /// The bytes to send.
-    pub request: [u8; FRAME_LEN],
-    /// What must come back.
-    pub expected: ExpectedReply,
-    /// Line of the expectation.
-    pub expected_line: usize,
-}
-
-impl Exchange {
-    /// The command that is sent, unless the bytes are damaged on purpose.
-    pub fn command(&self) -> Option<Command> {
-        serial::decode_request(self.request).ok().map(|request| request.command)
-    }
-}
-
-/// What a reply must look like.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ExpectedReply {
-    /// No reply at all.
-    Silence,
-    /// This status, and if given a value within this range.
-    Status {
-        /// Status code.
-        status: u8,
-        /// Range of the value, both ends included.
-        value: Option<RangeInclusive<i32>>,
-    },
-    /// These bytes, with `None` for any.
-    Bytes([Option<u8>; FRAME_LEN]),
-}
-
-impl ExpectedReply {
-    /// Whether it says more than that the command was executed: a value, a refusal, bytes or
-    /// silence.
-    pub fn is_telling(&self) -> bool {
-        !matches!(self, Self::Status { status: 100 | 101, value: None })
-    }
-}
-
-impl fmt::Display for ExpectedReply {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Silence => f.write_str("silence"),
-            Self::Status { status, value: None } => write!(f, "status {status}"),
-            Self::Status { status, value: Some(value) } if value.start() == value.end() => {
-                write!(f, "status {status}, value {}", value.start())
-            }
-            Self::Status { status, value: Some(value) } => {
-                write!(f, "status {status}, value {}..{}", value.start(), value.end())
-            }
-            Self::Bytes(bytes) => {
-                for (at, byte) in bytes.iter().enumerate() {
-                    f.write_str(if at == 0 { "" } else { " " })?;
-                    match byte {
-                        Some(byte) => write!(f, "{byte:02X}")?,
-                        None => f.write_str("..")?,
-                    }
-                }
-                Ok(())
-            }
-        }
-    }
-}
-
-/// A program to load.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Program {
-    /// Address of the first command.
-    pub address: i32,
-    /// The commands.
-    pub commands: Vec<SourceCommand>,
-}
-
-/// A command of a program.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SourceCommand {
-    /// Line in the file.
-    pub line: usize,
-    /// The command as it is written.
-    pub text: String,
-    /// The command.
-    pub command: Command,
-}
-
-/// The line by which requests travel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Line {
-    /// USB, where the module's address is not checked.
-    Usb,
-    /// RS485.
-    Rs485,
-    /// RS232.
-    Rs232,
-}
+use crate::programs::Programs;
+use crate::transcript::{Case, Exchange, ExpectedReply, Line, Step, StepKind, Transcript};
+use case::{Loaded, executed, run_from};
+use condition::{conditions, conditions_and_limit};
+use names::Names;
+use number::duration;
+use reply::{bytes_as_written, expectation, is_expectation, request, status_and_value};
 
 /// What is wrong with a line, and what would be right.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -175,17 +30,21 @@ pub struct Mistake {
     pub message: String,
 }
 
-/// Reads a transcript.
+/// Reads a transcript and the programs that it names.
 ///
 /// # Errors
 /// Every line that means nothing, in the order of the file.
-pub fn parse(name: &str, text: &str) -> Result<Transcript, Vec<Mistake>> {
-    let mut parser = Parser { name, module: None, steps: Vec::new(), mistakes: Vec::new() };
+pub fn parse(
+    name: &str,
+    text: &str,
+    programs: &mut dyn Programs,
+) -> Result<Transcript, Vec<Mistake>> {
+    let mut parser = Parser::new(name, programs);
     let mut lines = text
         .lines()
         .enumerate()
-        .map(|(at, line)| (at + 1, line.trim()))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+        .map(|(at, line)| (at + 1, without_comment(line).trim()))
+        .filter(|(_, line)| !line.is_empty())
         .peekable();
     if let Some((number, line)) = lines.next() {
         parser.module_line(number, line);
@@ -194,15 +53,15 @@ pub fn parse(name: &str, text: &str) -> Result<Transcript, Vec<Mistake>> {
     }
     while let Some((number, line)) = lines.next() {
         match parser.step(number, line) {
-            Ok(Begun::Step(kind)) => parser.steps.push(Step { line: number, kind }),
+            Ok(Begun::Case) => {}
+            Ok(Begun::Step(kind)) => parser.push(number, kind),
             Ok(Begun::Request { text, request }) => match lines.peek() {
                 Some(&(expected_line, reply)) if is_expectation(reply) => {
                     lines.next();
-                    match expectation(reply) {
+                    match expectation(reply, parser.names()) {
                         Ok(expected) => {
                             let exchange = Exchange { text, request, expected, expected_line };
-                            let kind = StepKind::Exchange(exchange);
-                            parser.steps.push(Step { line: number, kind });
+                            parser.push(number, StepKind::Exchange(exchange));
                         }
                         Err(message) => parser.mistake(expected_line, message),
                     }
@@ -210,44 +69,33 @@ pub fn parse(name: &str, text: &str) -> Result<Transcript, Vec<Mistake>> {
                 _ => parser.mistake(number, "no reply is expected; add for example: < 100"),
             },
             Ok(Begun::Program { address }) => {
-                let mut commands = Vec::new();
-                let mut ended = false;
-                for (number, line) in lines.by_ref() {
-                    if line == "end" {
-                        ended = true;
-                        break;
-                    }
-                    match mnemonic::parse(line) {
-                        Ok(command) => {
-                            commands.push(SourceCommand {
-                                line: number,
-                                text: line.into(),
-                                command,
-                            });
-                        }
-                        Err(error) => parser.mistake(number, error),
-                    }
-                }
-                if !ended {
-                    parser.mistake(number, "the program has no end; write a line: end");
-                }
-                let kind = StepKind::Program(Program { address, commands });
-                parser.steps.push(Step { line: number, kind });
+                let program = parser.inline_program(number, address, &mut lines);
+                parser.push(number, StepKind::Program(program));
             }
             Err(message) => parser.mistake(number, message),
         }
     }
-    parser.mistakes.sort_by_key(|mistake| mistake.line);
-    match parser.module {
-        Some(module) if parser.mistakes.is_empty() => {
-            Ok(Transcript { name: name.to_owned(), module, steps: parser.steps })
+    parser.finish()
+}
+
+/// A line up to a comment: `#` at its begin or behind a blank, not between quotation marks.
+fn without_comment(line: &str) -> &str {
+    let mut quoted = false;
+    let mut before = ' ';
+    for (at, character) in line.char_indices() {
+        match character {
+            '"' => quoted = !quoted,
+            '#' if !quoted && before.is_whitespace() => return &line[..at],
+            _ => {}
         }
-        _ => Err(parser.mistakes),
+        before = character;
     }
+    line
 }
 
 /// A line that is a step, or the beginning of one.
 enum Begun {
+    Case,
     Step(StepKind),
     Request { text: String, request: [u8; FRAME_LEN] },
     Program { address: i32 },
@@ -255,15 +103,49 @@ enum Begun {
 
 struct Parser<'a> {
     name: &'a str,
+    programs: &'a mut dyn Programs,
     module: Option<&'static Module>,
-    steps: Vec<Step>,
+    setup: Loaded,
+    setup_steps: Vec<Step>,
+    cases: Vec<Case>,
+    now: Loaded,
     mistakes: Vec<Mistake>,
 }
 
-impl Parser<'_> {
+impl<'a> Parser<'a> {
+    fn new(name: &'a str, programs: &'a mut dyn Programs) -> Self {
+        Self {
+            name,
+            programs,
+            module: None,
+            setup: Loaded::default(),
+            setup_steps: Vec::new(),
+            cases: Vec::new(),
+            now: Loaded::default(),
+            mistakes: Vec::new(),
+        }
+    }
+
     fn mistake(&mut self, line: usize, message: impl ToString) {
         let message = message.to_string();
         self.mistakes.push(Mistake { name: self.name.to_owned(), line, message });
+    }
+
+    fn push(&mut self, line: usize, kind: StepKind) {
+        let steps = self.cases.last_mut().map_or(&mut self.setup_steps, |case| &mut case.steps);
+        steps.push(Step { line, kind });
+    }
+
+    fn finish(mut self) -> Result<Transcript, Vec<Mistake>> {
+        self.mistakes.sort_by_key(|mistake| mistake.line);
+        let Some(module) = self.module.filter(|_| self.mistakes.is_empty()) else {
+            return Err(self.mistakes);
+        };
+        let (mut setup, mut cases) = (self.setup_steps, self.cases);
+        if cases.is_empty() {
+            cases.push(Case { name: None, line: 1, steps: std::mem::take(&mut setup) });
+        }
+        Ok(Transcript { name: self.name.to_owned(), module, setup, cases })
     }
 
     fn module_line(&mut self, number: usize, line: &str) {
@@ -278,7 +160,11 @@ impl Parser<'_> {
         }
     }
 
-    fn step(&self, line_number: usize, line: &str) -> Result<Begun, String> {
+    fn names(&self) -> Names<'_> {
+        Names { program: self.now.program.as_deref(), module: self.module }
+    }
+
+    fn step(&mut self, line_number: usize, line: &str) -> Result<Begun, String> {
         if let Some(bytes) = line.strip_prefix(">>") {
             let request = bytes_as_written(bytes)?;
             let request = request.map(|byte| byte.ok_or("a request cannot leave bytes open (..)"));
@@ -292,7 +178,7 @@ impl Parser<'_> {
             return request(text.trim());
         }
         if let Some(extra) = line.strip_prefix("<+") {
-            return Ok(Begun::Step(StepKind::ExtraReply(status_and_value(extra)?)));
+            return Ok(Begun::Step(StepKind::ExtraReply(status_and_value(extra, self.names())?)));
         }
         if let Some(extra) = line.strip_prefix("<<+") {
             let bytes = bytes_as_written(extra)?;
@@ -301,134 +187,62 @@ impl Parser<'_> {
         if line.starts_with('<') {
             return Err("a reply follows no request; write the request with > before it".into());
         }
+        let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+        match (word, rest.trim()) {
+            ("test", name) => self.case(line_number, name),
+            ("program", operand) => self.program(operand),
+            ("module", _) => {
+                Err(format!("line {line_number} is not the first; a file has one module"))
+            }
+            ("expect", "") => Err("a condition is missing; write for example: \
+                                   expect position 0 = 5000"
+                .into()),
+            ("expect", text) => Ok(Begun::Step(StepKind::Expect(conditions(text, self.names())?))),
+            _ => self.words(line_number, line).map(Begun::Step),
+        }
+    }
+
+    /// Lines of which each word has its place.
+    fn words(&self, number: usize, line: &str) -> Result<StepKind, String> {
+        let names = self.names();
         let words: Vec<&str> = line.split_whitespace().collect();
-        let kind = match words.as_slice() {
+        Ok(match words.as_slice() {
+            ["wait", "until", ..] => {
+                let rest = line.trim_start_matches("wait").trim_start().trim_start_matches("until");
+                let (conditions, at_most) = conditions_and_limit(rest.trim(), names)?;
+                StepKind::WaitUntil { text: line.to_owned(), conditions, at_most }
+            }
             ["wait", amount, unit] => StepKind::Wait(duration(amount, unit)?),
             ["port", name] => StepKind::Port(port(name)?),
             ["power", "cycle"] => StepKind::PowerCycle,
             ["fresh"] => StepKind::Fresh,
             ["input", input, level @ ("high" | "low")] => {
-                StepKind::Input { number: small(input)?, high: *level == "high" }
+                StepKind::Input { number: names.small(input)?, high: *level == "high" }
             }
             ["analog", input, reading] => {
-                StepKind::Analog { number: small(input)?, reading: small(reading)? }
+                StepKind::Analog { number: names.small(input)?, reading: names.small(reading)? }
             }
-            ["program"] => return Ok(Begun::Program { address: 0 }),
-            ["program", address] => return Ok(Begun::Program { address: value(address)? }),
-            ["module", ..] => {
-                return Err(format!("line {line_number} is not the first; a file has one module"));
+            ["run"] => run_from(line, number, self.now.address),
+            ["run", "at", place] => run_from(line, number, names.address(place)?),
+            ["stop"] => executed(line, number, Command::new(control::STOP_PROGRAM, 0, 0, 0)),
+            ["set", "variable", variable, "=", value] => {
+                let (variable, value) = (names.small(variable)?, names.value(value)?);
+                executed(line, number, Command::new(Opcode::Sgp.number(), variable, 2, value))
+            }
+            ["set", ..] => {
+                return Err("only variables can be set: set variable 42 = 7; for anything else \
+                            write the command, for example > SIO 1, 2, 1"
+                    .into());
             }
             _ => {
                 return Err(format!(
-                    "{line:?} is no step; write > and a command, wait 10 ms, port rs485, \
-                     power cycle, input 0 high, analog 0 100, program, fresh or # and a comment"
+                    "{line:?} is no step; write > and a command, wait 10 ms, wait until a \
+                     condition, expect a condition, input 0 high, analog 0 100, set variable 42 = 7, \
+                     program, run, stop, test \"name\", port rs485, power cycle, fresh or # and a \
+                     comment"
                 ));
             }
-        };
-        Ok(Begun::Step(kind))
-    }
-}
-
-fn request(text: &str) -> Result<Begun, String> {
-    let (address, command) = match text.strip_prefix("module ") {
-        None => (DEFAULT_ADDRESS, text),
-        Some(rest) => {
-            let (address, command) = rest
-                .split_once(':')
-                .ok_or("the colon is missing; write for example: > module 7: GAP 1, 0")?;
-            (small(address.trim())?, command.trim())
-        }
-    };
-    let command = mnemonic::parse(command).map_err(|error| error.to_string())?;
-    let request = serial::encode_request(address, command);
-    Ok(Begun::Request { text: text.to_owned(), request })
-}
-
-fn is_expectation(line: &str) -> bool {
-    line.starts_with('<') && !line.starts_with("<+") && !line.starts_with("<<+")
-}
-
-fn expectation(line: &str) -> Result<ExpectedReply, String> {
-    if let Some(bytes) = line.strip_prefix("<<") {
-        return Ok(ExpectedReply::Bytes(bytes_as_written(bytes)?));
-    }
-    let rest = line.strip_prefix('<').unwrap_or(line).trim();
-    if rest == "silence" {
-        return Ok(ExpectedReply::Silence);
-    }
-    status_and_value(rest)
-}
-
-fn status_and_value(text: &str) -> Result<ExpectedReply, String> {
-    let mut words = text.split_whitespace();
-    let status = words.next().ok_or("the status is missing; write for example: < 100")?;
-    let status = small(status)?;
-    let value = words.next().map(value_or_range).transpose()?;
-    match words.next() {
-        None => Ok(ExpectedReply::Status { status, value }),
-        Some(word) => Err(format!("{word:?} is too much; write status and value: < 100 5")),
-    }
-}
-
-fn value_or_range(text: &str) -> Result<RangeInclusive<i32>, String> {
-    let Some((low, high)) = text.split_once("..") else {
-        let value = value(text)?;
-        return Ok(value..=value);
-    };
-    let (low, high) = (value(low)?, value(high)?);
-    if low > high {
-        return Err(format!("the range {text} is empty; write the smaller number first"));
-    }
-    Ok(low..=high)
-}
-
-/// A 32-bit value; hexadecimal ones are the bit pattern.
-fn value(text: &str) -> Result<i32, String> {
-    let parsed = match text.strip_prefix('$') {
-        Some(digits) => u32::from_str_radix(digits, 16).ok().map(u32::cast_signed),
-        None => text.parse().ok(),
-    };
-    parsed.ok_or_else(|| {
-        format!("{text:?} is no value; write -2147483648..2147483647 or $ and up to 8 digits")
-    })
-}
-
-/// A number of at most 8 or 16 bits.
-fn small<T: std::str::FromStr>(text: &str) -> Result<T, String> {
-    text.parse().map_err(|_| {
-        format!("{text:?} is not a number up to {}", if size_of::<T>() == 1 { 255 } else { 65535 })
-    })
-}
-
-fn bytes_as_written(text: &str) -> Result<[Option<u8>; FRAME_LEN], String> {
-    let mut bytes = [None; FRAME_LEN];
-    let mut words = text.split_whitespace();
-    for place in &mut bytes {
-        let word = words.next().ok_or("a frame has 9 bytes; some are missing")?;
-        if word != ".." {
-            let byte = Some(word).filter(|word| word.len() == 2);
-            let byte = byte.and_then(|word| u8::from_str_radix(word, 16).ok());
-            *place = Some(byte.ok_or_else(|| {
-                format!("{word:?} is no byte; write two hexadecimal digits, or .. for any")
-            })?);
-        }
-    }
-    match words.next() {
-        None => Ok(bytes),
-        Some(word) => Err(format!("a frame has 9 bytes; {word:?} is one too many")),
-    }
-}
-
-fn duration(amount: &str, unit: &str) -> Result<Duration, String> {
-    let amount: u32 = amount
-        .parse()
-        .map_err(|_| format!("{amount:?} is no time; write for example: wait 1500 ms"))?;
-    let amount = u64::from(amount);
-    match unit {
-        "us" => Ok(Duration::from_micros(amount)),
-        "ms" => Ok(Duration::from_millis(amount)),
-        "s" => Ok(Duration::from_secs(amount)),
-        _ => Err(format!("{unit:?} is no unit of time; write s, ms or us")),
+        })
     }
 }
 
@@ -444,16 +258,24 @@ fn port(name: &str) -> Result<Line, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::programs::NoPrograms;
+    use crate::transcript::Body;
+    use opentmcl_wire::Duration;
 
     #[track_caller]
     fn steps(text: &str) -> Vec<StepKind> {
-        let transcript = parse("test.txt", &format!("module tmcm-6214\n{text}")).unwrap();
-        transcript.steps.into_iter().map(|step| step.kind).collect()
+        let text = format!("module tmcm-6214\n{text}");
+        let transcript = parse("test.txt", &text, &mut NoPrograms).unwrap();
+        transcript.steps().map(|step| step.kind.clone()).collect()
     }
 
     #[track_caller]
     fn mistakes(text: &str) -> Vec<String> {
-        parse("test.txt", text).unwrap_err().iter().map(ToString::to_string).collect()
+        parse("test.txt", text, &mut NoPrograms)
+            .unwrap_err()
+            .iter()
+            .map(ToString::to_string)
+            .collect()
     }
 
     #[track_caller]
@@ -524,9 +346,10 @@ mod tests {
             panic!("one program");
         };
         assert_eq!(program.address, 5);
-        let lines: Vec<_> = program.commands.iter().map(|command| command.line).collect();
+        let Body::Lines(commands) = &program.body else { panic!("its commands are here") };
+        let lines: Vec<_> = commands.iter().map(|command| command.line).collect();
         assert_eq!(lines, [3, 5]);
-        assert_eq!(program.commands[1].command, Command::new(22, 0, 0, 5));
+        assert_eq!(commands[1].command, Command::new(22, 0, 0, 5));
     }
 
     #[test]
@@ -562,5 +385,11 @@ mod tests {
         );
         assert!(mistakes("module tmcm-1")[0].contains("unknown module \"tmcm-1\"; known: "));
         assert!(mistakes("# nothing")[0].contains("the file is empty"));
+    }
+
+    #[test]
+    fn comments_may_stand_behind_a_line() {
+        let kinds = steps("wait 1 ms # a while\n> GAP 1, 0 # where\n< 100 # there\nfresh # end");
+        assert_eq!(kinds.len(), 3, "{kinds:?}");
     }
 }

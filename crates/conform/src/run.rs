@@ -1,74 +1,22 @@
 //! Steps against a module.
 
+mod condition;
+
 use std::collections::VecDeque;
 
 use opentmcl_wire::serial::{self, FRAME_LEN};
 use opentmcl_wire::{Command, Duration, Status, control};
 
-use crate::parse::{DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, StepKind, Transcript};
+use crate::target::{Moment, Target, TargetError};
+use crate::transcript::{
+    Body, Case, DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, StepKind, Transcript,
+};
 
 /// How long a reply may take. The longest telegram pause is 255 ms.
 pub const REPLY_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// How long one more reply, which should have come by now, may be on its way.
 const EXTRA_REPLY_TIMEOUT: Duration = Duration::from_millis(20);
-
-/// A module that transcripts can be run against.
-pub trait Target {
-    /// Sends nine bytes by this line; `None` is whatever line there is, on a virtual module USB.
-    ///
-    /// # Errors
-    /// When the connection is lost, or the target has no such line.
-    fn send(&mut self, line: Option<Line>, frame: [u8; FRAME_LEN]) -> Result<(), TargetError>;
-
-    /// The next nine bytes from the module; `None` if none come within `timeout`.
-    ///
-    /// # Errors
-    /// When the connection is lost.
-    fn receive(&mut self, timeout: Duration) -> Result<Option<[u8; FRAME_LEN]>, TargetError>;
-
-    /// Lets time pass.
-    ///
-    /// # Errors
-    /// When the connection is lost.
-    fn wait(&mut self, time: Duration) -> Result<(), TargetError>;
-
-    /// Switches the module off and on.
-    ///
-    /// # Errors
-    /// Of kind [`TargetError::Unable`] where that cannot be done.
-    fn power_cycle(&mut self) -> Result<(), TargetError>;
-
-    /// Sets the level of a digital input.
-    ///
-    /// # Errors
-    /// Of kind [`TargetError::Unable`] where that cannot be done.
-    fn set_input(&mut self, number: u8, high: bool) -> Result<(), TargetError>;
-
-    /// Sets the reading of an analog input.
-    ///
-    /// # Errors
-    /// Of kind [`TargetError::Unable`] where that cannot be done.
-    fn set_analog(&mut self, number: u8, reading: u16) -> Result<(), TargetError>;
-
-    /// Takes a new module as it leaves the factory; where there is only one, restarts it, so that
-    /// at least what it has in RAM is new.
-    ///
-    /// # Errors
-    /// When it does not come back.
-    fn fresh(&mut self) -> Result<(), TargetError>;
-}
-
-/// Why a target does not do what a step asks for.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TargetError {
-    /// It cannot, by its nature: the rest of the file is skipped.
-    #[error("{0}")]
-    Unable(String),
-    /// Something broke: the file has failed.
-    #[error("{0}")]
-    Broken(String),
-}
 
 /// An expectation that was not met.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,9 +29,11 @@ pub struct Failure {
     pub expected: String,
     /// What came.
     pub got: String,
+    /// When and where.
+    pub moment: Moment,
 }
 
-/// The rest of a file that a target cannot do.
+/// The rest of a case that a target cannot do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Skipped {
     /// First line that was not done.
@@ -99,8 +49,10 @@ pub struct Outcome {
     pub expectations: usize,
     /// Those that were not met.
     pub failures: Vec<Failure>,
-    /// The rest that was not done.
-    pub skipped: Option<Skipped>,
+    /// What was not done of each case that was not run to its end.
+    pub skipped: Vec<Skipped>,
+    /// When the last step was over.
+    pub ended: Option<Moment>,
 }
 
 impl Outcome {
@@ -108,29 +60,63 @@ impl Outcome {
     pub fn passed(&self) -> bool {
         self.failures.is_empty()
     }
+
+    /// The target goes no further.
+    fn end(&mut self, line: usize, error: TargetError, moment: Moment) {
+        self.ended = Some(moment);
+        let (command, expected, got) = match error {
+            TargetError::Unable(reason) => return self.skipped.push(Skipped { line, reason }),
+            TargetError::Broken(reason) => {
+                ("the connection", "a working connection".to_owned(), reason)
+            }
+            TargetError::TimeIsUp(limit) => {
+                let expected = format!("an end within {}, the limit", condition::in_words(limit));
+                ("the time that passes", expected, "it goes on for longer".to_owned())
+            }
+        };
+        self.failures.push(Failure { line, command: command.to_owned(), expected, got, moment });
+    }
 }
 
-/// Runs a transcript from its first step. The target is expected to be a new module.
+/// Runs all cases of a transcript, one after the other. The target is expected to be a new module.
 ///
-/// A failed expectation does not end it: what follows is told as well.
+/// A failed expectation ends nothing: what follows is told as well.
 pub fn run(transcript: &Transcript, target: &mut dyn Target) -> Outcome {
+    let mut outcome = Outcome::default();
+    for (at, case) in transcript.cases.iter().enumerate() {
+        if at > 0
+            && let Err(error) = target.fresh()
+        {
+            let broken = matches!(error, TargetError::Broken(_));
+            outcome.end(case.line, error, target.moment());
+            if broken {
+                return outcome;
+            }
+            continue;
+        }
+        let Outcome { expectations, failures, skipped, ended } = run_case(transcript, case, target);
+        outcome.expectations += expectations;
+        outcome.failures.extend(failures);
+        outcome.skipped.extend(skipped);
+        outcome.ended = ended;
+    }
+    outcome
+}
+
+/// Runs the set-up of a transcript and one of its cases. The target is expected to be a new module.
+pub fn run_case(transcript: &Transcript, case: &Case, target: &mut dyn Target) -> Outcome {
     let mut runner =
         Runner { target, port: None, extras: VecDeque::new(), outcome: Outcome::default() };
-    let mut last_line = 1;
-    for step in &transcript.steps {
+    let mut last_line = case.line;
+    for step in transcript.setup.iter().chain(&case.steps) {
         last_line = step.line;
-        match runner.step(step.line, &step.kind) {
-            Ok(()) => {}
-            Err(TargetError::Unable(reason)) => {
-                runner.outcome.skipped = Some(Skipped { line: step.line, reason });
-                return runner.outcome;
-            }
-            Err(TargetError::Broken(reason)) => {
-                runner.fail(step.line, "the connection", "a working connection", reason);
-                return runner.outcome;
-            }
+        if let Err(error) = runner.step(step.line, &step.kind) {
+            let moment = runner.target.moment();
+            runner.outcome.end(step.line, error, moment);
+            return runner.outcome;
         }
     }
+    runner.outcome.ended = Some(runner.target.moment());
     runner.no_extras_left(last_line);
     runner.outcome
 }
@@ -149,6 +135,12 @@ impl Runner<'_> {
             StepKind::Exchange(exchange) => self.exchange(exchange),
             StepKind::ExtraReply(expected) => self.extra(line, expected),
             StepKind::Program(program) => self.load(line, program),
+            StepKind::Expect(conditions) => {
+                conditions.iter().try_for_each(|condition| self.expect(line, condition))
+            }
+            StepKind::WaitUntil { text, conditions, at_most } => {
+                self.wait_until(line, text, conditions, *at_most)
+            }
             StepKind::Wait(time) => self.target.wait(*time),
             StepKind::Port(port) => {
                 self.port = Some(*port);
@@ -207,10 +199,23 @@ impl Runner<'_> {
     }
 
     fn load(&mut self, line: usize, program: &Program) -> Result<(), TargetError> {
+        self.target.loading(program);
         let begin = Command::new(control::START_DOWNLOAD, 0, 0, program.address);
         self.control(line, "program", begin, Status::OK)?;
-        for source in &program.commands {
-            self.control(source.line, &source.text, source.command, Status::LOADED)?;
+        match &program.body {
+            Body::Lines(lines) => {
+                for source in lines {
+                    self.control(source.line, &source.text, source.command, Status::LOADED)?;
+                }
+            }
+            Body::File(program) => {
+                let before = self.outcome.expectations;
+                for &command in &program.commands {
+                    self.control(line, &command.to_string(), command, Status::LOADED)?;
+                }
+                // The author expects one thing of it, however long it is.
+                self.outcome.expectations = before;
+            }
         }
         self.control(line, "end", Command::new(control::END_DOWNLOAD, 0, 0, 0), Status::OK)
     }
@@ -244,7 +249,8 @@ impl Runner<'_> {
 
     fn fail(&mut self, line: usize, command: &str, expected: impl ToString, got: String) {
         let (command, expected) = (command.to_owned(), expected.to_string());
-        self.outcome.failures.push(Failure { line, command, expected, got });
+        let moment = self.target.moment();
+        self.outcome.failures.push(Failure { line, command, expected, got, moment });
     }
 }
 
@@ -288,13 +294,15 @@ fn describe(reply: Option<[u8; FRAME_LEN]>) -> String {
 mod tests {
     use super::*;
     use crate::parse::parse;
-    use opentmcl_wire::Reply;
+    use crate::programs::NoPrograms;
+    use opentmcl_wire::{Opcode, Reply};
 
-    /// Answers every command with status 100 and the value of the request plus one; commands to
-    /// other addresses than 1 with silence.
-    #[derive(Default)]
+    /// Answers every command with status 100 and the value of the request plus one; GGP with the
+    /// time in milliseconds, GAP of axis 5 with a refusal; commands to other addresses than 1 with
+    /// silence.
     struct Echo {
         replies: VecDeque<[u8; FRAME_LEN]>,
+        time: Duration,
     }
 
     impl Target for Echo {
@@ -307,8 +315,16 @@ mod tests {
             }
             if request.address == 1 {
                 let loaded = matches!(number, 1..=100);
-                let status = if loaded && value == 7 { Status::LOADED } else { Status::OK };
-                let reply = Reply { status, number, value: value + 1 };
+                let refused = number == Opcode::Gap.number() && request.command.motor == 5;
+                let status = match refused {
+                    true => Status::INVALID_VALUE,
+                    false if loaded && value == 7 => Status::LOADED,
+                    false => Status::OK,
+                };
+                let millis = i32::try_from(self.time.as_millis()).unwrap();
+                let is_clock = number == Opcode::Ggp.number();
+                let reply =
+                    Reply { status, number, value: if is_clock { millis } else { value + 1 } };
                 self.replies.push_back(serial::encode_reply(2, 1, reply));
             }
             Ok(())
@@ -318,8 +334,18 @@ mod tests {
             Ok(self.replies.pop_front())
         }
 
-        fn wait(&mut self, _: Duration) -> Result<(), TargetError> {
+        fn wait(&mut self, time: Duration) -> Result<(), TargetError> {
+            self.time += time;
             Ok(())
+        }
+
+        fn pause(&mut self, at_most: Duration) -> Result<(), TargetError> {
+            self.time += at_most.min(Duration::from_millis(1));
+            Ok(())
+        }
+
+        fn moment(&mut self) -> Moment {
+            Moment { time: self.time, program: None }
         }
 
         fn power_cycle(&mut self) -> Result<(), TargetError> {
@@ -335,13 +361,16 @@ mod tests {
         }
 
         fn fresh(&mut self) -> Result<(), TargetError> {
+            self.time = Duration::from_ticks(0);
             Ok(())
         }
     }
 
     fn outcome(text: &str) -> Outcome {
-        let transcript = parse("test.txt", &format!("module tmcm-6214\n{text}")).unwrap();
-        run(&transcript, &mut Echo::default())
+        let text = format!("module tmcm-6214\n{text}");
+        let transcript = parse("test.txt", &text, &mut NoPrograms).unwrap();
+        let echo = Echo { replies: VecDeque::new(), time: Duration::from_ticks(0) };
+        run(&transcript, &mut { echo })
     }
 
     #[test]
@@ -393,10 +422,7 @@ mod tests {
     fn what_a_target_cannot_do_skips_the_rest() {
         let outcome = outcome("> GAP 1, 0\n< 100\npower cycle\n> GAP 1, 0\n< 4");
         assert!(outcome.passed());
-        assert_eq!(
-            outcome.skipped,
-            Some(Skipped { line: 4, reason: "it has no switch".to_owned() })
-        );
+        assert_eq!(outcome.skipped, [Skipped { line: 4, reason: "it has no switch".to_owned() }]);
     }
 
     #[test]
@@ -414,5 +440,74 @@ mod tests {
         assert_eq!(outcome.failures.len(), 1);
         assert_eq!(outcome.failures[0].line, 4);
         assert_eq!(outcome.failures[0].expected, "status 101");
+    }
+
+    #[test]
+    fn an_expected_condition_is_asked_for_and_each_one_that_does_not_hold_is_told() {
+        // Whatever is asked with the value 0 is answered with 1; GGP with the time.
+        assert!(outcome("expect position 0 = 1, output 2 high, variable 3 = 0").passed());
+        let outcome = outcome("wait 4 ms\nexpect speed 0 > 1, output 2 low, variable 3 = 5..9");
+        let told: Vec<_> = outcome
+            .failures
+            .iter()
+            .map(|f| (f.line, f.command.as_str(), f.expected.as_str(), f.got.as_str()))
+            .collect();
+        assert_eq!(
+            told,
+            [
+                (3, "expect speed 0 > 1", "> 1", "1"),
+                (3, "expect output 2 low", "low", "high"),
+                (3, "expect variable 3 = 5..9", "5..9", "4"),
+            ]
+        );
+        assert_eq!(outcome.expectations, 3);
+        assert_eq!(outcome.failures[0].moment.time, Duration::from_millis(4));
+    }
+
+    #[test]
+    fn a_wait_goes_on_until_all_conditions_hold_at_once() {
+        // The clock is 5 after five looks that failed, and goes on by 1 with each.
+        let text = "wait until variable 0 >= 5, position 0 = 1, at most 5 ms\n\
+                    expect variable 0 = 5";
+        assert_eq!(outcome(text).failures, []);
+        let never = outcome("wait until variable 0 < 2, variable 0 > 3, at most 20 ms");
+        assert_eq!(never.failures.len(), 1, "each holds for a while, never both");
+    }
+
+    #[test]
+    fn a_wait_whose_time_is_over_fails_with_the_condition_and_goes_on() {
+        let outcome = outcome("wait until variable 0 = 5, at most 4 ms\nexpect variable 0 = 4");
+        let [failure] = &outcome.failures[..] else { panic!("{:?}", outcome.failures) };
+        assert_eq!(failure.command, "wait until variable 0 = 5, at most 4 ms");
+        assert_eq!(failure.expected, "variable 0 = 5 within 4 ms");
+        assert_eq!(failure.got, "4");
+        assert_eq!(outcome.expectations, 2);
+    }
+
+    #[test]
+    fn what_the_module_refuses_to_say_is_told_at_once() {
+        for text in ["expect position 5 = 1", "wait until position 5 reached, at most 1 s"] {
+            let outcome = outcome(text);
+            assert!(outcome.failures[0].got.starts_with("status 4 (invalid value)"), "{text}");
+            assert_eq!(outcome.failures[0].moment.time, Duration::from_ticks(0), "{text}");
+        }
+    }
+
+    #[test]
+    fn each_case_begins_anew_with_the_set_up() {
+        let text = "wait 7 ms\ntest \"a\"\nexpect variable 0 = 7\nwait 1 ms\n\
+                    test \"b\"\nexpect variable 0 = 7";
+        assert_eq!(outcome(text).failures, []);
+    }
+
+    #[test]
+    fn what_a_target_cannot_do_skips_the_rest_of_the_case_alone() {
+        let text = "test \"a\"\npower cycle\nexpect position 0 = 2\n\
+                    test \"b\"\nexpect position 0 = 2";
+        let outcome = outcome(text);
+        assert_eq!(outcome.skipped.len(), 1);
+        assert_eq!(outcome.skipped[0].line, 3);
+        let lines: Vec<_> = outcome.failures.iter().map(|failure| failure.line).collect();
+        assert_eq!(lines, [6]);
     }
 }

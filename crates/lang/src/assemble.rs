@@ -50,7 +50,8 @@ pub fn assemble(
         redefined: Vec::new(),
         diagnostics: Vec::new(),
     };
-    collector.add(File { name: name.into(), built_in: false, tree: Tree::parse(text) });
+    let tree = Tree::parse(text);
+    collector.add(File { name: name.into(), built_in: false, included_at: None, tree });
     collector.finish(options)
 }
 
@@ -116,7 +117,10 @@ impl Collector<'_> {
                     self.redefined.push((earlier, file, name, value));
                 }
             }
-            Statement::Include { directive, argument } => self.include(file, directive, argument),
+            Statement::Include { directive, argument } => {
+                let place = Place { file, line: number as u32 };
+                self.include(place, directive, argument);
+            }
         }
     }
 
@@ -136,7 +140,8 @@ impl Collector<'_> {
         );
     }
 
-    fn include(&mut self, file: FileId, directive: TokenId, argument: Option<TokenId>) {
+    fn include(&mut self, place: Place, directive: TokenId, argument: Option<TokenId>) {
+        let file = place.file;
         let tree = self.files.tree(file);
         let word = tree.token_text(directive);
         let location = Location { file, span: tree.token_span(directive) };
@@ -160,11 +165,11 @@ impl Collector<'_> {
         let from = self.files[usize::from(file.0)].name.clone();
         match self.sources.find(&name, &from) {
             Found::File { name: known_as, text } => {
-                self.add_included(location, &known_as, text, false);
+                self.add_included(place, location, &known_as, text, false);
             }
             Found::Nothing => match builtin::file(&name) {
                 Some((known_as, text)) => {
-                    self.add_included(location, &known_as, text.into_owned(), true);
+                    self.add_included(place, location, &known_as, text.into_owned(), true);
                 }
                 None => self.not_found(location, &name),
             },
@@ -188,7 +193,14 @@ impl Collector<'_> {
         });
     }
 
-    fn add_included(&mut self, location: Location, name: &str, text: String, built_in: bool) {
+    fn add_included(
+        &mut self,
+        place: Place,
+        location: Location,
+        name: &str,
+        text: String,
+        built_in: bool,
+    ) {
         let is_open =
             self.including.iter().any(|&open| self.files[usize::from(open.0)].name == name);
         if is_open {
@@ -204,7 +216,8 @@ impl Collector<'_> {
             );
             return self.report(Diagnostic::new(Code::TooMuchText, location, message));
         }
-        self.add(File { name: name.into(), built_in, tree: Tree::parse(text) });
+        let included_at = Some(place);
+        self.add(File { name: name.into(), built_in, included_at, tree: Tree::parse(text) });
     }
 
     fn finish(mut self, options: Options) -> Assembly {

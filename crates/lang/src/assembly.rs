@@ -29,6 +29,8 @@ pub struct File {
     pub name: String,
     /// Whether it is one of those that come with the tools.
     pub built_in: bool,
+    /// The line that includes it; none for the main file.
+    pub included_at: Option<Place>,
     /// What is in it.
     pub tree: Tree,
 }

@@ -1,6 +1,6 @@
 //! The include files that come with the tools: the vendor's two, and one for each module.
 
-mod module;
+pub(crate) mod module;
 
 use std::borrow::Cow;
 

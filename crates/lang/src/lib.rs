@@ -9,6 +9,10 @@
 //! - [`assemble()`]: trees and included files to an [`Assembly`].
 //! - [`check`]: what is doubtful in an assembly, and what a module would refuse.
 //! - [`include`], [`builtin`]: where included files come from.
+//! - [`binary`], [`listing()`], [`symbols()`]: what is made of an assembly; [`disassemble()`]: the way
+//!   back.
+//! - [`format()`]: the one canonical layout of a text.
+//! - [`service`]: what an editor asks.
 //!
 //! ```
 //! use opentmcl_lang::{Options, assemble, include::BuiltInOnly};
@@ -23,24 +27,34 @@
 
 mod assemble;
 mod assembly;
+pub mod binary;
 pub mod builtin;
 pub mod check;
 mod constants;
 pub mod diagnostic;
+mod disassemble;
 mod encode;
 pub mod encoding;
 pub mod expression;
+mod format;
 pub mod include;
+mod listing;
 pub mod mnemonic;
 mod names;
 mod number;
 mod parse;
+pub mod service;
 pub mod span;
 mod suggest;
+mod symbols;
 pub mod token;
 pub mod tree;
 
 pub use assemble::{Options, assemble};
 pub use assembly::{Assembly, ConstantValue, File, Instruction, Label, Place};
 pub use diagnostic::{Code, Diagnostic, FileId, Fix, Location, Severity};
+pub use disassemble::{Disassembly, disassemble};
+pub use format::format;
+pub use listing::listing;
 pub use parse::MAX_TEXT;
+pub use symbols::symbols;

@@ -54,6 +54,14 @@ impl ColumnUnit {
             Self::Utf16 => character.len_utf16(),
         }) as u32
     }
+
+    /// How many columns a text takes.
+    pub fn columns(self, text: &str) -> u32 {
+        match self {
+            Self::Utf8 => text.len() as u32,
+            _ => text.chars().map(|character| self.width(character)).sum(),
+        }
+    }
 }
 
 /// Where the lines of a text begin. Lines end with CR LF, LF or CR.
@@ -80,8 +88,7 @@ impl LineIndex {
     pub fn position(&self, text: &str, offset: u32, unit: ColumnUnit) -> Position {
         let line = self.starts.partition_point(|&start| start <= offset).saturating_sub(1);
         let start = self.starts.get(line).copied().unwrap_or_default();
-        let before = Span::new(start, offset).of(text);
-        let column = before.chars().map(|character| unit.width(character)).sum();
+        let column = unit.columns(Span::new(start, offset).of(text));
         Position { line: line as u32, column }
     }
 

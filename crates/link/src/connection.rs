@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use opentmcl_wire::serial::{self, FRAME_LEN};
+use opentmcl_wire::serial::{self, AddressedReply, FRAME_LEN};
 use opentmcl_wire::{Command, Reply, Status, control};
 use rustix::fs::FlockOperation;
 use rustix::io::Errno;
@@ -141,8 +141,11 @@ pub trait Connection {
         let timeout = self.timeout();
         loop {
             let answer = self.receive(timeout)?.ok_or(ConnectionError::Timeout(timeout))?;
-            let late = serial::decode_reply(answer)
-                .is_ok_and(|answer| answer.reply.status == Status::DELAYED);
+            // The number too: a command of the program, in answer to 134, may have the type 128.
+            let late =
+                serial::decode_reply(answer).is_ok_and(|AddressedReply { reply, .. }| {
+                    reply.status == Status::DELAYED && reply.number == control::POSITION_REPORT
+                });
             if !late {
                 return Ok(answer);
             }

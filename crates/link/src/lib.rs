@@ -6,9 +6,12 @@
 //!   terminal ([`Pty`]) and TCP ([`Listener`]). [`Clock`] turns real time into the device's time;
 //!   [`FileFlash`] keeps its EEPROM in a file.
 //! - The client's side. A [`Uri`] names a connection, [`Client`] opens it, and [`Connection`] is
-//!   what every way of talking to a module can do.
+//!   what every way of talking to a module can do. A [`program::Programmer`] brings programs onto
+//!   a module over any of them, however bad the line.
 //!
 //! Besides the command line this is the only room that knows operating systems.
+
+pub mod program;
 
 mod clock;
 mod connection;

@@ -39,8 +39,8 @@ pub struct Sample {
 ///     module.advance_to(recorder.due());
 ///     positions.push(recorder.take(&mut module).positions[0]);
 /// }
-/// // 51107 pps² after 10 and 20 ms: 2.6 and 10.2 microsteps.
-/// assert_eq!(positions, [0, 2, 10]);
+/// // With 51107 pps² the way is 2.6 microsteps after 10 ms and 10.2 after 20 ms.
+/// assert_eq!(positions, [0, 3, 10]);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Recorder {

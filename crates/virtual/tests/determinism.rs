@@ -1,6 +1,8 @@
 //! A run is a function of its inputs: asking the module in between changes nothing.
 
-use opentmcl_virtual::{Line, Port, VirtualModule};
+use std::ops::ControlFlow;
+
+use opentmcl_virtual::{Executed, Line, Port, VirtualModule};
 use opentmcl_wire::{Command, Duration, Instant, mnemonic, serial};
 
 /// What happens to the module from outside.
@@ -110,6 +112,24 @@ enum Times<'a> {
     AtEvents,
     /// Then, and at other times besides.
     AndAt(&'a mut dyn FnMut(Instant) -> Instant),
+    /// Whenever it wants to be, with somebody who watches the program and may break off.
+    Watched(&'a mut dyn FnMut(&Executed) -> ControlFlow<()>),
+}
+
+/// Lets time pass until then; collects also where a watcher breaks off.
+fn advance(
+    module: &mut VirtualModule,
+    until: Instant,
+    times: &mut Times<'_>,
+    collect: &mut impl FnMut(&mut VirtualModule),
+) {
+    if let Times::Watched(watcher) = times {
+        while module.advance_watched(until, &mut **watcher).is_break() {
+            collect(module);
+        }
+    } else {
+        module.advance_to(until);
+    }
 }
 
 /// Everything the module sends, with the time, as `time line: bytes`.
@@ -127,17 +147,17 @@ fn record(program: &[&'static str], mut times: Times<'_>) -> Vec<String> {
             let event = module.next_event();
             let next = match &mut times {
                 Times::Never => None,
-                Times::AtEvents => event,
+                Times::AtEvents | Times::Watched(_) => event,
                 Times::AndAt(extra) => {
                     let extra = extra(module.now());
                     Some(event.map_or(extra, |event| event.min(extra)))
                 }
             };
             let Some(next) = next.filter(|&next| next < time) else { break };
-            module.advance_to(next);
+            advance(&mut module, next, &mut times, &mut collect);
             collect(&mut module);
         }
-        module.advance_to(time);
+        advance(&mut module, time, &mut times, &mut collect);
         match input {
             Input::Request(line, text) => {
                 let command: Command = mnemonic::parse(text).unwrap();
@@ -181,6 +201,27 @@ fn compare(program: &[&'static str]) {
         log.iter().filter_map(|line| Some(line.split_once(' ')?.1.to_owned())).collect()
     };
     assert_same(&untimed(once), &untimed(record(program, Times::Never)));
+}
+
+#[test]
+fn watching_a_program_and_breaking_off_changes_no_byte() {
+    for program in [PROGRAM, BUSY_PROGRAM] {
+        let unwatched = record(program, Times::AtEvents);
+        let mut seen = 0u64;
+        let watched = record(
+            program,
+            Times::Watched(&mut |executed| {
+                // Now and then, at no regular command or time.
+                seen = seen.wrapping_mul(31).wrapping_add(executed.at.as_ticks() | 1);
+                if seen.is_multiple_of(7) {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            }),
+        );
+        assert_same(&unwatched, &watched);
+    }
 }
 
 fn assert_same(once: &[String], other: &[String]) {

@@ -106,8 +106,9 @@ impl fmt::Display for Form {
 }
 
 impl Form {
-    /// Whether all fields that have no operand of their own are zero.
-    fn shows_all_of(&self, command: Command) -> bool {
+    /// Whether all fields that have no operand of their own are zero, so that the mnemonic form loses
+    /// nothing.
+    pub fn shows_all_of(&self, command: Command) -> bool {
         let has = |field| self.operands.iter().any(|operand| operand.field == field);
         (command.kind == 0 || has(Field::Kind))
             && (command.motor == 0 || has(Field::Motor))

@@ -6,12 +6,16 @@ use std::path::{Path, PathBuf};
 use opentmcl_conform::{Transcript, parse};
 
 use crate::failure::Failure;
+use crate::program_files::ProgramFiles;
 
 /// Where the transcripts are unless files are named.
 const DEFAULT_FOLDER: &str = "conformance";
 
 /// Reads the named files and folders, or all below [`DEFAULT_FOLDER`].
-pub(super) fn read(named: &[PathBuf]) -> Result<Vec<Transcript>, Failure> {
+pub(super) fn read(
+    named: &[PathBuf],
+    programs: &mut ProgramFiles<'_>,
+) -> Result<Vec<Transcript>, Failure> {
     let mut paths = Vec::new();
     if named.is_empty() {
         let folder = Path::new(DEFAULT_FOLDER);
@@ -32,7 +36,7 @@ pub(super) fn read(named: &[PathBuf]) -> Result<Vec<Transcript>, Failure> {
     let mut mistakes = Vec::new();
     for path in paths {
         let text = fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
-        match parse::parse(&path.display().to_string(), &text) {
+        match parse(&path.display().to_string(), &text, programs) {
             Ok(transcript) => transcripts.push(transcript),
             Err(found) => mistakes.extend(found.iter().map(ToString::to_string)),
         }

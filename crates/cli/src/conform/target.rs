@@ -1,83 +1,17 @@
-//! What transcripts run against: a virtual module in this program, or whatever a connection leads
-//! to.
+//! A module behind a connection, for transcripts.
 
-use opentmcl_catalog::Module;
-use opentmcl_conform::{Line, Target, TargetError};
-use opentmcl_firmware as firmware;
+use std::time::Instant;
+
+use opentmcl_conform::{Line, Moment, Target, TargetError};
 use opentmcl_link::{Client, Connection, ConnectionError, PortUri};
-use opentmcl_virtual::VirtualModule;
-use opentmcl_wire::serial::{self, FRAME_LEN};
+use opentmcl_wire::serial::FRAME_LEN;
 use opentmcl_wire::{Command, Duration, control};
-
-/// A virtual module in virtual time.
-pub(super) struct InProcessModule {
-    model: &'static Module,
-    module: VirtualModule,
-}
-
-impl InProcessModule {
-    /// A new module as it leaves the factory.
-    pub(super) fn new(model: &'static Module) -> Self {
-        Self { model, module: VirtualModule::new(model) }
-    }
-}
-
-impl Target for InProcessModule {
-    fn send(&mut self, line: Option<Line>, frame: [u8; FRAME_LEN]) -> Result<(), TargetError> {
-        let line = match line {
-            None | Some(Line::Usb) => firmware::Line::Usb,
-            Some(Line::Rs485) => firmware::Line::Rs485,
-            Some(Line::Rs232) => firmware::Line::Rs232,
-        };
-        self.module.receive(firmware::Port::new(line), serial::decode_request(frame));
-        Ok(())
-    }
-
-    fn receive(&mut self, timeout: Duration) -> Result<Option<[u8; FRAME_LEN]>, TargetError> {
-        let end = self.module.now() + timeout;
-        loop {
-            if let Some((_, frame)) = self.module.transmit() {
-                return Ok(Some(frame));
-            }
-            match self.module.next_event() {
-                Some(event) if event <= end => self.module.advance_to(event),
-                _ if self.module.now() < end => self.module.advance_to(end),
-                _ => return Ok(None),
-            }
-        }
-    }
-
-    fn wait(&mut self, time: Duration) -> Result<(), TargetError> {
-        self.module.advance(time);
-        Ok(())
-    }
-
-    fn power_cycle(&mut self) -> Result<(), TargetError> {
-        self.module.power_cycle();
-        Ok(())
-    }
-
-    fn set_input(&mut self, number: u8, high: bool) -> Result<(), TargetError> {
-        self.module.set_digital_input(number, high);
-        Ok(())
-    }
-
-    fn set_analog(&mut self, number: u8, reading: u16) -> Result<(), TargetError> {
-        self.module.board_mut().set_analog_input(number, reading);
-        self.module.hardware_changed();
-        Ok(())
-    }
-
-    fn fresh(&mut self) -> Result<(), TargetError> {
-        self.module = VirtualModule::new(self.model);
-        Ok(())
-    }
-}
 
 /// A module behind a port of this machine or a socket.
 pub(super) struct ConnectedModule {
     port: PortUri,
     client: Client,
+    since: Instant,
 }
 
 /// What a software reset must be asked for with.
@@ -85,13 +19,15 @@ const CONFIRMATION: i32 = 1234;
 
 /// How long a module that restarts may be away; on USB it goes and comes as a device.
 const RESTART: std::time::Duration = std::time::Duration::from_secs(10);
+/// How long nothing is asked while a condition is awaited.
+const CONDITION_PAUSE: Duration = Duration::from_millis(5);
 /// How long to wait between two attempts to reach it again.
 const PAUSE: std::time::Duration = std::time::Duration::from_millis(500);
 
 impl ConnectedModule {
     /// Opens the port.
     pub(super) fn open(port: &PortUri) -> Result<Self, ConnectionError> {
-        Ok(Self { port: port.clone(), client: Client::open(port)? })
+        Ok(Self { port: port.clone(), client: Client::open(port)?, since: Instant::now() })
     }
 
     /// Restarts the module, so that all it has in RAM is as after power-up.
@@ -100,7 +36,7 @@ impl ConnectedModule {
         // The reply does not always get through (firmware manual 3.6.58).
         let _: Result<(), ConnectionError> =
             self.execute(Command::new(control::SOFTWARE_RESET, 0, 0, CONFIRMATION));
-        let start = std::time::Instant::now();
+        let start = Instant::now();
         loop {
             std::thread::sleep(PAUSE);
             match self.reopen() {
@@ -111,7 +47,7 @@ impl ConnectedModule {
     }
 
     fn execute(&mut self, command: Command) -> Result<(), ConnectionError> {
-        self.client.request(opentmcl_conform::parse::DEFAULT_ADDRESS, command).map(drop)
+        self.client.request(opentmcl_conform::transcript::DEFAULT_ADDRESS, command).map(drop)
     }
 
     /// Opens the port again, and waits until the module behind it answers.
@@ -155,6 +91,15 @@ impl Target for ConnectedModule {
     fn wait(&mut self, time: Duration) -> Result<(), TargetError> {
         std::thread::sleep(std::time::Duration::from_micros(time.as_micros()));
         Ok(())
+    }
+
+    fn pause(&mut self, at_most: Duration) -> Result<(), TargetError> {
+        self.wait(at_most.min(CONDITION_PAUSE))
+    }
+
+    fn moment(&mut self) -> Moment {
+        let micros = u64::try_from(self.since.elapsed().as_micros()).unwrap_or(u64::MAX);
+        Moment { time: Duration::from_micros(micros), program: None }
     }
 
     fn power_cycle(&mut self) -> Result<(), TargetError> {

@@ -1,8 +1,18 @@
 //! The program `tmcl` as its users see it.
 #![expect(clippy::unwrap_used, reason = "the panic of a test is its report")]
 
+mod asm;
+mod check;
 mod common;
+mod control;
+mod disasm;
+mod download;
 mod exec;
+mod fmt;
+mod lab;
 mod modules;
 mod serve;
+mod sim;
+mod test_coverage;
+mod test_programs;
 mod usage;

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use opentmcl_catalog::{Module, Unit};
+use opentmcl_catalog::{AxisParameter, GlobalParameter, Interrupt, Module, Port, Unit};
 
 /// `tmcm-6214.inc`
-pub(super) fn file_name(model: &Module) -> String {
+pub(crate) fn file_name(model: &Module) -> String {
     format!("{}.inc", model.name)
 }
 
@@ -19,26 +19,25 @@ pub(super) fn text(model: &Module) -> String {
     };
     file.heading("Axis parameters");
     for row in model.axis_parameters {
-        file.define("AP", row.id, row.number, row.name, row.unit);
+        file.line(&axis_parameter(row), row.number, row.name, row.unit);
     }
     let mut bank = None;
     for row in model.global_parameters.iter().filter(|row| row.number == row.last) {
         if bank.replace(row.bank) != Some(row.bank) {
             file.heading(&format!("Global parameters in bank {}", row.bank));
         }
-        file.define("GP", row.id, row.number, row.name, row.unit);
+        file.line(&global_parameter(row), row.number, row.name, row.unit);
     }
     let mut bank = None;
     for row in model.ports {
         if bank.replace(row.bank) != Some(row.bank) {
             file.heading(&format!("Inputs and outputs in bank {}", row.bank));
         }
-        file.define("IO", row.id, row.number, row.name, row.unit);
+        file.line(&port(row), row.number, row.name, row.unit);
     }
     file.heading("Interrupts");
     for row in model.interrupts {
-        let name = interrupt(row.id);
-        file.line(&name, row.number, row.name, Unit::None);
+        file.line(&interrupt(row), row.number, row.name, Unit::None);
     }
     file.text
 }
@@ -52,10 +51,6 @@ struct File {
 impl File {
     fn heading(&mut self, heading: &str) {
         let _ = write!(self.text, "\n// {heading}\n");
-    }
-
-    fn define(&mut self, prefix: &str, id: &str, number: u8, title: &str, unit: Unit) {
-        self.line(&format!("{prefix}{}", joined(id)), number, title, unit);
     }
 
     fn line(&mut self, name: &str, number: u8, title: &str, unit: Unit) {
@@ -74,6 +69,21 @@ impl File {
     }
 }
 
+/// `APMaxPositioningSpeed`
+pub(crate) fn axis_parameter(row: &AxisParameter) -> String {
+    format!("AP{}", joined(row.id))
+}
+
+/// `GPAutoStart`
+pub(crate) fn global_parameter(row: &GlobalParameter) -> String {
+    format!("GP{}", joined(row.id))
+}
+
+/// `IOSupplyVoltage`
+pub(crate) fn port(row: &Port) -> String {
+    format!("IO{}", joined(row.id))
+}
+
 /// `max_positioning_speed` as the vendor writes names: `MaxPositioningSpeed`.
 fn joined(id: &str) -> String {
     let mut name = String::new();
@@ -86,8 +96,8 @@ fn joined(id: &str) -> String {
 }
 
 /// `timer_0` as the manual writes names of interrupts: `TI_TIMER0`.
-fn interrupt(id: &str) -> String {
-    let upper = id.to_ascii_uppercase();
+pub(crate) fn interrupt(row: &Interrupt) -> String {
+    let upper = row.id.to_ascii_uppercase();
     match upper.rsplit_once('_') {
         Some((name, number)) if number.bytes().all(|byte| byte.is_ascii_digit()) => {
             format!("TI_{name}{number}")

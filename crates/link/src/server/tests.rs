@@ -2,7 +2,7 @@ use super::*;
 use crate::connection::{Client, Connection, ConnectionError};
 use crate::uri::{PortUri, Uri};
 use opentmcl_wire::serial::{decode_reply, encode_reply, encode_request};
-use opentmcl_wire::{Command, Reply, Status};
+use opentmcl_wire::{Command, Reply, Status, control};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Read, Write};
@@ -28,7 +28,7 @@ const TELL_TIME: u8 = 200;
 /// Replies after `value` microseconds.
 const REPLY_LATER: u8 = 201;
 /// Replies at once, and again with status 128 after `value` microseconds.
-const REPLY_TWICE: u8 = 203;
+const REPLY_TWICE: u8 = control::POSITION_REPORT;
 /// Replies with the number of the connection.
 const TELL_PEER: u8 = 202;
 

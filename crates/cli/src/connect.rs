@@ -1,0 +1,28 @@
+//! The module that a subcommand talks to, as every one of them is told.
+
+use opentmcl_link::{Client, Connection, Uri};
+
+use crate::failure::Failure;
+use crate::local::LocalModule;
+use crate::lookup;
+
+/// Options of every subcommand that talks to a module.
+#[derive(clap::Args)]
+pub(crate) struct ConnectArgs {
+    /// Module: /dev/ttyACM0, serial:PATH?baud=N, tcp:HOST:PORT or virtual:NAME
+    #[arg(short, long, value_name = "URI", value_parser = lookup::uri)]
+    connect: Uri,
+    /// Address of the module
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) address: u8,
+}
+
+impl ConnectArgs {
+    /// Opens the port, or switches a new virtual module on.
+    pub(crate) fn open(&self) -> Result<Box<dyn Connection>, Failure> {
+        Ok(match &self.connect {
+            Uri::Virtual(name) => Box::new(LocalModule::new(lookup::module(name)?)),
+            Uri::Port(port) => Box::new(Client::open(port)?),
+        })
+    }
+}

@@ -1,0 +1,111 @@
+//! Files that a subcommand writes: all of a file or nothing of it.
+
+use std::fs;
+use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::failure::Failure;
+use crate::sources::{is_dash, reason};
+
+/// Writes files, `-` being standard output. No file takes its place before all of them are ready.
+///
+/// A file is written under another name in the same folder and then renamed, so that a full disk or a
+/// loss of power leaves the older file as it was.
+pub(crate) fn write_all<'a>(
+    files: impl IntoIterator<Item = (&'a Path, Vec<u8>)>,
+) -> Result<(), Failure> {
+    let prepared = files.into_iter().map(|(file, bytes)| Prepared::new(file, bytes));
+    let prepared = prepared.collect::<Result<Vec<_>, _>>()?;
+    prepared.into_iter().try_for_each(Prepared::finish)
+}
+
+/// A file that is ready to take its place.
+struct Prepared<'a> {
+    file: &'a Path,
+    content: Content,
+}
+
+enum Content {
+    /// Written, and what it will replace.
+    Beside(NamedTempFile, PathBuf),
+    /// For what cannot be replaced: a device or a pipe.
+    Bytes(Vec<u8>),
+}
+
+impl<'a> Prepared<'a> {
+    fn new(file: &'a Path, bytes: Vec<u8>) -> Result<Self, Failure> {
+        if is_dash(file) {
+            return Ok(Self { file, content: Content::Bytes(bytes) });
+        }
+        let content = prepare(file, bytes).map_err(|error| cannot_write(file, &error))?;
+        Ok(Self { file, content })
+    }
+
+    fn finish(self) -> Result<(), Failure> {
+        let result = match self.content {
+            Content::Bytes(bytes) if is_dash(self.file) => {
+                return Ok(io::stdout().lock().write_all(&bytes)?);
+            }
+            Content::Bytes(bytes) => {
+                let device = fs::OpenOptions::new().write(true).truncate(true).open(self.file);
+                device.and_then(|mut device| device.write_all(&bytes))
+            }
+            Content::Beside(written, target) => {
+                written.persist(target).map(drop).map_err(|error| error.error)
+            }
+        };
+        result.map_err(|error| cannot_write(self.file, &error))
+    }
+}
+
+fn prepare(file: &Path, bytes: Vec<u8>) -> io::Result<Content> {
+    // It may lead to a file, by way of which somebody reads what comes out of us.
+    if file.starts_with("/dev") {
+        return Ok(Content::Bytes(bytes));
+    }
+    // Through a link: what it leads to is replaced, not the link.
+    let target = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+    let older = match fs::metadata(&target) {
+        Ok(older) if older.is_dir() => return Err(io::Error::other("it is a folder")),
+        Ok(older) if !older.is_file() => return Ok(Content::Bytes(bytes)),
+        Ok(older) => Some(older.permissions()),
+        Err(_) => None,
+    };
+    if older.as_ref().is_some_and(fs::Permissions::readonly) {
+        return Err(io::ErrorKind::PermissionDenied.into());
+    }
+    let folder = match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    // What the system gives to a new file; otherwise only the owner could read it.
+    let usual = fs::Permissions::from_mode(0o666);
+    let mut written =
+        tempfile::Builder::new().prefix(".tmcl-").permissions(usual).tempfile_in(folder)?;
+    written.write_all(&bytes)?;
+    if let Some(permissions) = older {
+        written.as_file().set_permissions(permissions)?;
+    }
+    written.as_file().sync_all()?;
+    Ok(Content::Beside(written, target))
+}
+
+fn cannot_write(file: &Path, error: &io::Error) -> Failure {
+    let reason = match error.kind() {
+        io::ErrorKind::NotFound => "there is no such folder".into(),
+        _ => reason(error),
+    };
+    Failure::new(format!("cannot write {}: {reason}", file.display()))
+}
+
+/// Whether two names lead to the same file.
+pub(crate) fn is_same(left: &Path, right: &Path) -> bool {
+    match (left.canonicalize(), right.canonicalize()) {
+        (Ok(left), Ok(right)) => left == right,
+        // One that is not there yet.
+        _ => left == right,
+    }
+}

@@ -1,0 +1,86 @@
+//! Programs that transcripts name, from files beside them.
+
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use opentmcl_catalog::Module;
+use opentmcl_conform::{Assembled, Programs};
+
+use crate::program::{self, Program, SourceArgs};
+
+/// Reads each program once, however many transcripts name it.
+pub(crate) struct ProgramFiles<'a> {
+    args: &'a SourceArgs,
+    files: Vec<File>,
+}
+
+struct File {
+    path: PathBuf,
+    module: &'static str,
+    /// Why there is none.
+    program: Result<(Rc<Assembled>, Program), String>,
+}
+
+impl<'a> ProgramFiles<'a> {
+    /// Nothing is read yet.
+    pub(crate) fn new(args: &'a SourceArgs) -> Self {
+        Self { args, files: Vec::new() }
+    }
+
+    /// The program that [`Assembled::number`] stands for.
+    pub(crate) fn program(&self, number: usize) -> Option<&Program> {
+        self.files.get(number)?.program.as_ref().ok().map(|(_, program)| program)
+    }
+
+    /// All programs that could be read, with their numbers.
+    pub(crate) fn programs(&self) -> impl Iterator<Item = (usize, &Program)> {
+        let read = self.files.iter().map(|file| file.program.as_ref().ok());
+        read.enumerate().filter_map(|(number, program)| Some((number, &program?.1)))
+    }
+}
+
+impl Programs for ProgramFiles<'_> {
+    fn load(
+        &mut self,
+        file: &str,
+        transcript: &str,
+        module: &'static Module,
+    ) -> Result<Rc<Assembled>, String> {
+        let path = Path::new(transcript).parent().unwrap_or(Path::new("")).join(file);
+        let known =
+            self.files.iter().position(|known| known.path == path && known.module == module.name);
+        let number = known.unwrap_or_else(|| {
+            let number = self.files.len();
+            let program = program::load(&path, self.args, Some(module))
+                .map(|program| (Rc::new(assembled(number, &program)), program))
+                .map_err(|failure| failure.message().to_owned());
+            self.files.push(File { path, module: module.name, program });
+            number
+        });
+        match &self.files[number].program {
+            Ok((assembled, _)) => Ok(Rc::clone(assembled)),
+            Err(message) => Err(message.clone()),
+        }
+    }
+}
+
+fn assembled(number: usize, program: &Program) -> Assembled {
+    let assembly = program.assembly.as_ref();
+    let constants = assembly.into_iter().flat_map(|assembly| assembly.constants());
+    Assembled {
+        number,
+        commands: program.commands.clone(),
+        labels: program.labels().map(|(name, address)| (name.to_owned(), address)).collect(),
+        constants: constants
+            .filter_map(|constant| Some((constant.name.to_owned(), whole(constant.value?)?)))
+            .collect(),
+    }
+}
+
+/// The whole number that stands in a command for a constant; none if it does not fit.
+fn whole(value: f64) -> Option<i32> {
+    let rounded = value.round();
+    let range = f64::from(i32::MIN)..=f64::from(u32::MAX);
+    // Above the largest signed number it is the bit pattern that counts, as in a program.
+    range.contains(&rounded).then(|| (rounded as i64) as i32)
+}

@@ -1,0 +1,59 @@
+//! Programs in files of their own, which a transcript names and whoever runs it brings along.
+
+use std::rc::Rc;
+
+use opentmcl_catalog::Module;
+use opentmcl_wire::Command;
+
+/// Finds and assembles the programs that transcripts name.
+pub trait Programs {
+    /// Reads a program for this module; `file` is as the transcript has it.
+    ///
+    /// # Errors
+    /// Why there is no such program, or what is wrong with it.
+    fn load(
+        &mut self,
+        file: &str,
+        transcript: &str,
+        module: &'static Module,
+    ) -> Result<Rc<Assembled>, String>;
+}
+
+/// Has no files: transcripts stand for themselves.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoPrograms;
+
+impl Programs for NoPrograms {
+    fn load(&mut self, file: &str, _: &str, _: &Module) -> Result<Rc<Assembled>, String> {
+        Err(format!("cannot read {file}: programs from files are not available here"))
+    }
+}
+
+/// A program from a file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Assembled {
+    /// By which number whoever has read it knows it.
+    pub number: usize,
+    /// Its commands from address 0.
+    pub commands: Vec<Command>,
+    /// Its labels with their addresses.
+    pub labels: Vec<(String, u16)>,
+    /// Its constants, rounded; without those that do not fit into a value.
+    pub constants: Vec<(String, i32)>,
+}
+
+impl Assembled {
+    /// The address of a label, in any case.
+    pub fn label(&self, name: &str) -> Option<u16> {
+        find(&self.labels, name)
+    }
+
+    /// The value of a constant, in any case.
+    pub fn constant(&self, name: &str) -> Option<i32> {
+        find(&self.constants, name)
+    }
+}
+
+fn find<T: Copy>(names: &[(String, T)], name: &str) -> Option<T> {
+    names.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|&(_, meaning)| meaning)
+}
