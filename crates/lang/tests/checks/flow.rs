@@ -158,6 +158,7 @@ fn the_longest_of_several_ways_counts() {
 fn subroutines_that_are_called_again_before_they_return() {
     flow("CSUB A\nSTOP\nA: CALL ZE, A //! recursive-call\nRSUB");
     flow("CSUB A\nSTOP\nA: CSUB B\nRSUB\nB: CALL NZ, A //! recursive-call\nRSUB");
+    flow("CSUB A\nSTOP\nA: CALL ZE, A //! recursive-call\nCALL NZ, A\nRSUB");
     // A subroutine that is left by a jump has not returned.
     flow("Main: CSUB A //! recursive-call\nJA Main\nA: JC ZE, Main\nRSUB");
     // RST gives up all calls.
@@ -171,6 +172,8 @@ fn returns_without_a_call() {
     flow("MST 0\nSub: MST 1\nRSUB //! return-without-call\nCSUB Sub");
     flow("CSUB Sub\nJC ZE, Sub\nSTOP\nSub: RSUB //! return-without-call");
     flow("CSUB Sub\nSTOP\nSub: RSUB");
+    // RST has given up the call.
+    flow("CSUB A\nSTOP\nA: RST B\nB: RSUB //! return-without-call");
     // The subroutine never returns: nothing comes to the second one that way.
     flow("CSUB Sub\nSub2: MST 0\nRSUB\nSub: MST 1\nCSUB Sub2\nSTOP");
 }
@@ -194,6 +197,23 @@ fn handlers_that_do_not_end_as_handlers_do() {
 }
 
 #[test]
+fn a_handler_that_runs_beyond_the_program_ends_with_it() {
+    let text = with_handler("Loop: JA Loop\nHandler: MST 0 //! runs-off-the-end");
+    tells(&text, false, None);
+}
+
+#[test]
+fn of_several_labels_at_one_place_the_first_is_named() {
+    assert_eq!(
+        said("CSUB Second\nSTOP\nFirst:\nSecond:\nThird: CALL ZE, Third\nRSUB", None),
+        [
+            "CALL ZE, Third | First is called again before it has returned | each turn takes one of 8 \
+          levels, and calls beyond are ignored; leave a subroutine by RSUB, or begin anew by RST"
+        ]
+    );
+}
+
+#[test]
 fn a_subroutine_of_a_handler_does_not_end_the_handler() {
     let flow = |rest: &str| flow(&with_handler(rest));
     flow(
@@ -203,6 +223,8 @@ fn a_subroutine_of_a_handler_does_not_end_the_handler() {
         "Loop: JA Loop\nHandler: CSUB A\nRETI\nA: CSUB B\nRSUB\nB: JC ZE, Out\nRSUB\nOut: RETI //! reti-in-subroutine",
     );
     flow("Loop: JA Loop\nHandler: JC ZE, Out\nCSUB Sub\nOut: RETI\nSub: RSUB");
+    // One subroutine for both is told of once.
+    flow("CSUB Sub\nSTOP\nHandler: CSUB Sub\nRETI\nSub: RETI //! reti-outside-handler");
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Commands against what the TMCM-6214 has; the numbers are from its firmware manual.
 
-use crate::{says, tells, tmcm_6214};
+use opentmcl_catalog::Module;
+
+use crate::{said, says, tells, tmcm_6214};
 
 #[track_caller]
 fn tells_of_commands(text: &str) {
@@ -79,6 +81,35 @@ fn a_move_to_coordinates_takes_a_set_of_axes() {
         &["$C0 | 192 ($C0) is a set without any axis | add to $80 (each by itself) or $40 \
          (together) 1 for axis 0, 2 for axis 1, 4 for axis 2 and so on"],
     );
+}
+
+#[test]
+fn a_module_with_fewer_axes_has_smaller_sets() {
+    let three: &'static Module = Box::leak(Box::new(Module { axes: 3, ..*tmcm_6214() }));
+    tells(
+        "MST 2
+        MST 3              //! no-such-axis
+        MVP COORD, $87, 1
+        MVP COORD, $88, 1  //! no-such-axis
+        MVPA COORD, $4F    //! no-such-axis",
+        true,
+        Some(three),
+    );
+    assert_eq!(
+        said("MVP COORD, $C8, 1", Some(three)),
+        [
+            "$C8 | 200 ($C8) is a set with an axis that the TMCM-6214 does not have | add to $80 (each \
+          by itself) or $40 (together) 1 for axis 0, 2 for axis 1, 4 for axis 2 and so on"
+        ]
+    );
+}
+
+#[test]
+fn an_operand_too_long_for_a_message_is_not_repeated() {
+    let text = format!("MST {}", ["1"; 30].join(" + "));
+    let findings = said(&text, Some(tmcm_6214()));
+    let [finding] = &findings[..] else { panic!("{findings:?}") };
+    assert!(finding.contains("| the TMCM-6214 has no axis 30 |"), "{finding}");
 }
 
 #[test]
