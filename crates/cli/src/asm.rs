@@ -10,7 +10,7 @@ use crate::diagnostics::{Format, counted};
 use crate::failure::Failure;
 use crate::lookup;
 use crate::output;
-use crate::program::{self, SourceArgs};
+use crate::program::{self, Refusals, SourceArgs};
 use crate::sources::{self, is_dash};
 
 /// Assemble a program into the file that a module takes
@@ -76,7 +76,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
     let bytes = sources::read(&args.file)?;
     let format = if args.json { Format::Json } else { Format::Human };
-    let assembly = program::assemble_valid(&args.file, &bytes, &args.source, module, format)?;
+    let refusals = Refusals::Fail;
+    let assembly =
+        program::assemble_valid(&args.file, &bytes, &args.source, module, refusals, format)?;
     refuse_to_overwrite(&files, &assembly)?;
 
     let mut texts = vec![(&*binary, binary::encode(assembly.commands()))];

@@ -40,6 +40,15 @@ pub(crate) struct Place<'a> {
     pub(crate) text: &'a str,
 }
 
+/// What becomes of a program that can be assembled, but has commands that its module will refuse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Refusals {
+    /// It fails: a module is not to be given what it refuses.
+    Fail,
+    /// They are told, and the program is run to show what comes of it.
+    Tell,
+}
+
 /// Reads a program and prints to standard error what is wrong or doubtful in its source; fails when
 /// it cannot be read or has errors. It is checked against what this module has, or else the one that
 /// it names itself.
@@ -47,12 +56,13 @@ pub(crate) fn load(
     file: &Path,
     args: &SourceArgs,
     module: Option<&'static Module>,
+    refusals: Refusals,
 ) -> Result<Program, Failure> {
     let bytes = sources::read(file)?;
     if is_binary(file) {
         return Ok(Program { commands: decode(file, &bytes)?, assembly: None });
     }
-    let assembly = assemble_valid(file, &bytes, args, module, Format::Human)?;
+    let assembly = assemble_valid(file, &bytes, args, module, refusals, Format::Human)?;
     Ok(Program { commands: assembly.commands().collect(), assembly: Some(assembly) })
 }
 
@@ -63,6 +73,7 @@ pub(crate) fn assemble_valid(
     bytes: &[u8],
     args: &SourceArgs,
     module: Option<&'static Module>,
+    refusals: Refusals,
     format: Format,
 ) -> Result<Assembly, Failure> {
     let assembly = assembly(file, bytes, args);
@@ -72,6 +83,9 @@ pub(crate) fn assemble_valid(
     diagnostics::print(format, &assembly.files, &findings)?;
     let mut errors = findings.iter().filter(|finding| finding.severity() == Severity::Error);
     let Some(first) = errors.next() else { return Ok(assembly) };
+    if refusals == Refusals::Tell && assembly.is_valid() {
+        return Ok(assembly);
+    }
     let failure = Failure::new(format!("{}: {}", sources::shown(file), Summary::of(&findings)));
     if [first].into_iter().chain(errors).all(|error| error.code.can_be_silenced()) {
         let code = first.code.name();
@@ -147,7 +161,7 @@ mod tests {
         let file = folder.path().join("main.tmc");
         std::fs::write(&file, main).unwrap();
         let args = SourceArgs { include: Vec::new(), no_stop: false };
-        (folder, load(&file, &args, None))
+        (folder, load(&file, &args, None, Refusals::Fail))
     }
 
     #[test]
@@ -181,7 +195,7 @@ mod tests {
         // ROR 0, 1: the last byte is the sum.
         std::fs::write(&file, [1, 0, 0, 0, 0, 0, 1, 2]).unwrap();
         let args = SourceArgs { include: Vec::new(), no_stop: false };
-        let program = load(&file, &args, None).unwrap();
+        let program = load(&file, &args, None, Refusals::Fail).unwrap();
         assert_eq!(program.commands, [Command::new(1, 0, 0, 1)]);
         assert_eq!((program.place(0), program.label("x")), (None, None));
         assert_eq!(program.labels().count(), 0);

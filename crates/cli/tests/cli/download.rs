@@ -117,7 +117,7 @@ fn auto_start_and_run_start_the_program() {
 
 #[test]
 fn run_begins_with_a_reset() {
-    let (_folder, source) = file("count.tmc", "CALC ADD, 1\nSTOP\nCALC ADD, 10\nSTOP\n");
+    let (_folder, source) = file("count.tmc", "CALC ADD, 1\nSTOP\nSecond: CALC ADD, 10\nSTOP\n");
     let served = serve(&[]);
     for _ in 0..2 {
         stdout_of(&["download", text(&source), "-c", served.pty(), "--run"]);

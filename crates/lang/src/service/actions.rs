@@ -1,7 +1,7 @@
 //! What mends or silences a finding.
 
 use super::{Edit, Service};
-use crate::diagnostic::{Diagnostic, Location, Severity};
+use crate::diagnostic::{Diagnostic, Location};
 use crate::span::Span;
 use crate::tree::{Statement, Tree};
 
@@ -33,7 +33,7 @@ impl Service<'_> {
         let mut actions = Vec::new();
         for (at, finding) in findings.iter().enumerate().filter(|(_, finding)| touches(finding)) {
             actions.extend(self.fix(at, finding));
-            if finding.severity() < Severity::Error {
+            if finding.code.can_be_silenced() {
                 actions.extend(self.silence(at, finding));
             }
         }
