@@ -199,7 +199,7 @@ fn a_wait_that_will_end_is_not_called_hopeless() {
 
 #[test]
 fn a_program_without_stop_runs_into_empty_memory() {
-    let source = Source::new("CALC ADD, 1\n");
+    let source = Source::new("CALC ADD, 1 // tmcl-allow: runs-off-the-end\n");
     assert_eq!(source.summary(&["--no-stop"])["end"]["reason"], "no_stop");
     assert_eq!(source.summary(&[])["end"]["reason"], "stop");
     let text = source.sim(&["--no-stop"]);
@@ -218,7 +218,8 @@ fn a_program_has_the_rate_that_was_asked_for() {
 
 #[test]
 fn a_jump_out_of_the_program_is_named() {
-    let summary = Source::new("CALC ADD, 1\nJA 5000\n").summary(&[]);
+    let source = Source::new("CALC ADD, 1\nJA 5000 // tmcl-allow: jump-outside-program\n");
+    let summary = source.summary(&[]);
     assert_eq!(
         (&summary["end"]["reason"], &summary["end"]["line"]),
         (&"jump_outside".into(), &2.into())
@@ -235,7 +236,8 @@ fn a_trace_has_a_line_for_each_command_as_it_is_written() {
          COMP 1\n\
          JC EQ, Again\n\
          RSUB\n\
-         WAIT TICKS, 0, 1\n",
+         WAIT TICKS, 0, 1\n\
+         // tmcl-allow-file: return-without-call\n",
     );
     let text = source.sim(&["--trace"]);
     let (trace, summary) = text.split_once("\n\n").unwrap();
