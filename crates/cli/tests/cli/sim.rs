@@ -218,8 +218,8 @@ fn a_program_has_the_rate_that_was_asked_for() {
 
 #[test]
 fn a_jump_out_of_the_program_is_named() {
-    let summary =
-        Source::new("CALC ADD, 1\nJA 5000 // tmcl-allow: jump-outside-program\n").summary(&[]);
+    let source = Source::new("CALC ADD, 1\nJA 5000 // tmcl-allow: jump-outside-program\n");
+    let summary = source.summary(&[]);
     assert_eq!(
         (&summary["end"]["reason"], &summary["end"]["line"]),
         (&"jump_outside".into(), &2.into())
@@ -229,14 +229,15 @@ fn a_jump_out_of_the_program_is_named() {
 #[test]
 fn a_trace_has_a_line_for_each_command_as_it_is_written() {
     let source = Source::new(
-        "Count = 2 // tmcl-allow-file: return-without-call\n\
+        "Count = 2 // rounds\n\
          \n\
          CALC LOAD, Count\n\
          Again: CALC SUB, 1   // one less\n\
          COMP 1\n\
          JC EQ, Again\n\
          RSUB\n\
-         WAIT TICKS, 0, 1\n",
+         WAIT TICKS, 0, 1\n\
+         // tmcl-allow-file: return-without-call\n",
     );
     let text = source.sim(&["--trace"]);
     let (trace, summary) = text.split_once("\n\n").unwrap();

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::diagnostic::{Code, Diagnostic};
 
-use super::graph::{Addresses, Step};
+use super::graph::{Addresses, Graph, Step};
 use super::{Findings, Program, STACK_DEPTH};
 
 /// No call leads here.
@@ -30,38 +30,17 @@ fn returns(program: &Program<'_>, outside: &Addresses, findings: &mut Findings<'
     }
 }
 
-/// Which call leads to each address on one level of calls.
-struct Level {
-    via: Vec<u32>,
-}
-
 /// Follows all ways through the program level by level, as many as the stack has, and so finds what
 /// would need one more.
 fn depth(program: &Program<'_>, mut outside: Addresses, findings: &mut Findings<'_>) {
     let graph = &program.graph;
     let handlers = graph.handlers();
     graph.reach(&mut outside, handlers.iter(), |address| graph.same_level(address));
-    let mut levels: Vec<Level> = Vec::new();
+    let mut levels: Vec<Vec<u32>> = Vec::new();
     let mut calls: Vec<u32> = outside.iter().filter(|&one| graph.call(one).is_some()).collect();
     while levels.len() < STACK_DEPTH && !calls.is_empty() {
-        let mut via = vec![NONE; graph.len() as usize];
-        let mut inside = graph.none();
-        let mut next = Vec::new();
-        for &call in &calls {
-            let Some(target) = graph.call(call) else { continue };
-            let mut open = vec![target];
-            while let Some(address) = open.pop() {
-                if !inside.insert(address) {
-                    continue;
-                }
-                via[address as usize] = call;
-                if graph.call(address).is_some() {
-                    next.push(address);
-                }
-                open.extend(graph.same_level(address).into_iter().flatten());
-            }
-        }
-        levels.push(Level { via });
+        let (via, next) = level(graph, &calls);
+        levels.push(via);
         calls = next;
     }
     // Of several calls that close the same circle one is enough.
@@ -79,12 +58,34 @@ fn depth(program: &Program<'_>, mut outside: Addresses, findings: &mut Findings<
     }
 }
 
+/// One level deeper: which of the calls leads to each address, and the calls that are there.
+fn level(graph: &Graph, calls: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let mut via = vec![NONE; graph.len() as usize];
+    let mut next = Vec::new();
+    let mut open = Vec::new();
+    for &call in calls {
+        open.extend(graph.call(call));
+        while let Some(address) = open.pop() {
+            let Some(place) = via.get_mut(address as usize) else { continue };
+            if *place != NONE {
+                continue;
+            }
+            *place = call;
+            if graph.call(address).is_some() {
+                next.push(address);
+            }
+            open.extend(graph.same_level(address).into_iter().flatten());
+        }
+    }
+    (via, next)
+}
+
 /// The calls that lead to one on the last level, the first first and this one last.
-fn path(levels: &[Level], call: u32) -> Vec<u32> {
+fn path(levels: &[Vec<u32>], call: u32) -> Vec<u32> {
     let mut path = vec![call];
     let mut at = call;
-    for level in levels.iter().rev() {
-        at = level.via.get(at as usize).copied().unwrap_or(NONE);
+    for via in levels.iter().rev() {
+        at = via.get(at as usize).copied().unwrap_or(NONE);
         path.push(at);
     }
     path.reverse();
