@@ -109,9 +109,12 @@ pub(crate) fn assembly(file: &Path, bytes: &[u8], args: &SourceArgs) -> Assembly
 
 /// What is wrong or doubtful in a program, for this module or else the one that a comment names.
 pub(crate) fn findings(assembly: &Assembly, module: Option<&'static Module>) -> Vec<Diagnostic> {
-    // A name that no module has is among the findings.
-    let declared = || opentmcl_catalog::find(check::declared_module(assembly)?.0);
-    check::findings(assembly, module.or_else(declared))
+    check::findings(assembly, module.or_else(|| declared(assembly)))
+}
+
+/// The module that a comment names; a name that no module has is among the findings.
+fn declared(assembly: &Assembly) -> Option<&'static Module> {
+    opentmcl_catalog::find(check::declared_module(assembly)?.0)
 }
 
 /// The commands of a binary.
@@ -126,6 +129,11 @@ pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure>
 }
 
 impl Program {
+    /// The module that a comment names.
+    pub(crate) fn module(&self) -> Option<&'static Module> {
+        declared(self.assembly.as_ref()?)
+    }
+
     /// The line of the command at an address.
     pub(crate) fn place(&self, address: u16) -> Option<Place<'_>> {
         let assembly = self.assembly.as_ref()?;

@@ -44,9 +44,9 @@ const VARIABLES: u8 = 2;
 pub(crate) struct Args {
     /// Program: source text, or a binary as `tmcl asm` writes it
     file: PathBuf,
-    /// Module on which it runs, see `tmcl modules`
+    /// Module on which it runs [default: the one that a comment `// module: NAME` names]
     #[arg(short, long, value_name = "NAME")]
-    module: String,
+    module: Option<String>,
     /// Longest virtual time: 500ms, 10s, 2min, 1h
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = options::parse_time)]
     until: Duration,
@@ -97,14 +97,23 @@ pub(crate) struct Args {
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl sim sorter.tmc --module tmcm-6214
-  tmcl sim sorter.tmc -m tmcm-6214 --until 10s --input 3=high --variable 42=1000 --trace
-  tmcl sim sorter.tmc -m tmcm-6214 --record sorter.csv --rate 1000 --plot sorter.svg";
+  tmcl sim sorter.tmc
+  tmcl sim sorter.bin --module tmcm-6214
+  tmcl sim sorter.tmc --until 10s --input 3=high --variable 42=1000 --trace
+  tmcl sim sorter.tmc --record sorter.csv --rate 1000 --plot sorter.svg";
+
+fn no_module() -> Failure {
+    Failure::usage("it is not said on which module the program runs").help(
+        "--module NAME says it, or a line `// module: NAME` in the program; `tmcl modules` lists \
+         them",
+    )
+}
 
 /// Runs the program.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let model = lookup::module(&args.module)?;
-    let program = program::load(&args.file, &args.source, Some(model), Refusals::Tell)?;
+    let named = args.module.as_deref().map(lookup::module).transpose()?;
+    let program = program::load(&args.file, &args.source, named, Refusals::Tell)?;
+    let model = named.or_else(|| program.module()).ok_or_else(no_module)?;
     let listing = Listing::new(&program);
     let mut run = Run::new(model, args.program_rate, &program.commands)?;
     set_up(&mut run, model, args)?;

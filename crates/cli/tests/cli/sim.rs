@@ -435,3 +435,15 @@ fn the_picture_of_the_book_is_what_the_book_says() {
          look at the picture"
     );
 }
+
+#[test]
+fn the_module_stands_in_the_program_or_on_the_command_line() {
+    let source = Source::new("STOP\n");
+    let file = source.file("test.tmc");
+    let file = file.to_str().unwrap();
+    let (status, errors) = failure_of(&["sim", file]);
+    assert_eq!(status, 2);
+    assert!(errors.contains("--module NAME says it"), "{errors}");
+    fs::write(file, "// module: tmcm-6214\nSTOP\n").unwrap();
+    assert!(stdout_of(&["sim", file]).contains("TMCM-6214"));
+}
