@@ -283,12 +283,17 @@ impl Parser {
 
     /// The place just behind the last token that shows something.
     fn empty_span(&self) -> Span {
-        let mut at = self.at as usize;
-        while at > 0 && self.tree.tokens[at - 1].kind == TokenKind::Blank {
-            at -= 1;
-        }
-        let start = self.tree.tokens[at].start;
+        let TokenId(behind) = self.without_blanks(self.id());
+        let start = self.tree.tokens[behind as usize].start;
         Span::new(start, start)
+    }
+
+    /// The first of the blanks in front of a token, or the token itself.
+    fn without_blanks(&self, TokenId(mut token): TokenId) -> TokenId {
+        while token > 0 && self.tree.kind(TokenId(token - 1)) == TokenKind::Blank {
+            token -= 1;
+        }
+        TokenId(token)
     }
 }
 

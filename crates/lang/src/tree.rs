@@ -310,6 +310,8 @@ mod tests {
         operands("SAP 4, (1, 5", &["4", "(1", "5"]);
         operands("SAP 4, 2*(, 5", &["4", "2*(", "5"]);
         operands("SAP 4, 2^-, 5", &["4", "2^-", "5"]);
+        operands("SAP 4, 1 + \u{A0} // x", &["4", "1 +"]);
+        operands("SAP 4, ( ", &["4", "("]);
     }
 
     #[test]

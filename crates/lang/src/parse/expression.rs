@@ -214,11 +214,14 @@ impl Parser {
         id
     }
 
-    /// The last token of an expression; for a missing one, the token in front of it.
+    /// The last token of an expression; for a missing one, the last in front of it that shows
+    /// something.
     fn last_of(&self, id: ExpressionId) -> TokenId {
         let expression = self.tree.expression(id);
-        let missing = expression.first > expression.last;
-        TokenId(expression.last.0.saturating_sub(u32::from(missing)))
+        if expression.first > expression.last {
+            return TokenId(self.without_blanks(expression.last).0.saturating_sub(1));
+        }
+        expression.last
     }
 
     fn binary(
