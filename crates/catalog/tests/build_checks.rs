@@ -534,8 +534,8 @@ fn commands_agree_with_the_language() {
     );
     expect(
         "\"stop application\"",
-        "\"STAP\"",
-        "[[command]] 128 (STAP): mnemonic \"STAP\" must be a name in lower case, as the language has \
+        "\"HALT\"",
+        "[[command]] 128 (HALT): mnemonic \"HALT\" must be a name in lower case, as the language has \
          no mnemonic for this number",
     );
 }

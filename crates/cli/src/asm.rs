@@ -10,7 +10,7 @@ use crate::diagnostics::{Format, counted};
 use crate::failure::Failure;
 use crate::lookup;
 use crate::output;
-use crate::program::{self, SourceArgs};
+use crate::program::{self, Refusals, SourceArgs};
 use crate::sources::{self, is_dash};
 
 /// Assemble a program into the file that a module takes
@@ -38,7 +38,7 @@ pub(crate) struct Args {
     )]
     listing: Option<PathBuf>,
     /// Check against what this module has [default: the one that the source names]
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
     #[command(flatten)]
     source: SourceArgs,
@@ -76,7 +76,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
     let bytes = sources::read(&args.file)?;
     let format = if args.json { Format::Json } else { Format::Human };
-    let assembly = program::assemble_valid(&args.file, &bytes, &args.source, module, format)?;
+    let refusals = Refusals::Fail;
+    let assembly =
+        program::assemble_valid(&args.file, &bytes, &args.source, module, refusals, format)?;
     refuse_to_overwrite(&files, &assembly)?;
 
     let mut texts = vec![(&*binary, binary::encode(assembly.commands()))];

@@ -24,7 +24,7 @@ pub(crate) struct Args {
     #[arg(required_unless_present = "explain", value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Check against what this module has [default: the one that the source names]
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
     #[command(flatten)]
     source: SourceArgs,
@@ -56,10 +56,9 @@ Examples:
   tmcl check --explain unknown-label";
 
 fn code_parser() -> impl TypedValueParser<Value = Code> {
-    PossibleValuesParser::new(Code::ALL.iter().map(|code| code.name())).try_map(|name| {
-        let code = Code::ALL.iter().copied().find(|code| code.name() == name);
-        code.ok_or("there is no such code")
-    })
+    let names = Code::ALL.iter().map(|code| code.name());
+    PossibleValuesParser::new(names)
+        .try_map(|name| Code::find(&name).ok_or("there is no such code"))
 }
 
 /// Checks the programs.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::connect::ConnectArgs;
 use crate::failure::Failure;
 use crate::lookup;
-use crate::program::{self, Place, Program, SourceArgs};
+use crate::program::{self, Place, Program, Refusals, SourceArgs};
 
 /// Start the program on a module
 ///
@@ -150,7 +150,8 @@ pub(crate) fn status(args: &StatusArgs) -> Result<(), Failure> {
 
 fn act(args: &CommonArgs, action: Action<'_>) -> Result<(), Failure> {
     let program = args.file.as_deref();
-    let program = program.map(|file| program::load(file, &args.source, None)).transpose()?;
+    let program =
+        program.map(|file| program::load(file, &args.source, None, Refusals::Tell)).transpose()?;
     let at = match action {
         Action::Run { at: Some(at) } => Some(address(at, program.as_ref())?),
         _ => None,

@@ -13,7 +13,7 @@ use crate::sources;
 /// Disassemble a binary into a source
 ///
 /// `tmcl asm --no-stop` makes the same bytes of the source. Where jumps lead to there are labels; with
-/// a module, comments have the names of its parameters.
+/// a module, its names stand in place of numbers.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -23,8 +23,8 @@ pub(crate) struct Args {
     /// Where to write the source [default: standard output]
     #[arg(short, long, value_name = "FILE", default_value = sources::DASH, hide_default_value = true)]
     output: PathBuf,
-    /// Name the parameters as this module has them
-    #[arg(long, value_name = "NAME")]
+    /// Write the names that this module has for parameters, inputs and interrupts
+    #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
 }
 

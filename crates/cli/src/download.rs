@@ -12,7 +12,7 @@ use crate::connect::ConnectArgs;
 use crate::diagnostics::counted;
 use crate::failure::Failure;
 use crate::lookup;
-use crate::program::{self, SourceArgs};
+use crate::program::{self, Refusals, SourceArgs};
 use crate::progress::Progress;
 
 /// Bring a program onto a module
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut programmer = Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
     let identity = programmer.identity();
     let module = chosen.or_else(|| lookup::by_number(identity?.number));
-    let commands = program::load(&args.file, &args.source, module)?.commands;
+    let commands = program::load(&args.file, &args.source, module, Refusals::Fail)?.commands;
     must_not_be_protected(&mut programmer, args.verify)?;
 
     let start = Instant::now();

@@ -26,8 +26,11 @@ use crate::lookup;
 use server::{Server, State};
 use settings::Settings;
 
-/// Serve editors: mistakes, completion, help and jumps in TMCL programs, over standard input and output
+/// Serve editors: mistakes, completion, help and jumps in TMCL programs
+///
+/// Editors start it and talk to it over standard input and output, by the language server protocol.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Module of programs that do not name theirs; an editor's setting has precedence
     #[arg(long, value_name = "NAME")]
@@ -39,6 +42,11 @@ pub(crate) struct Args {
     #[arg(long = "stdio", hide = true)]
     _stdio: bool,
 }
+
+const EXAMPLES: &str = "\
+Examples, as an editor is told to start it:
+  tmcl lsp
+  tmcl lsp --module tmcm-6214 -I /home/me/lab/include";
 
 pub(crate) fn run(args: Args) -> ExitCode {
     match serve(args) {

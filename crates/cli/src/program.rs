@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use opentmcl_catalog::Module;
-use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, binary, encoding};
+use opentmcl_lang::{Assembly, Diagnostic, Options, Severity, assemble, binary, check, encoding};
 use opentmcl_wire::Command;
 
 use crate::diagnostics::{self, Format, Summary};
@@ -40,18 +40,29 @@ pub(crate) struct Place<'a> {
     pub(crate) text: &'a str,
 }
 
+/// What becomes of a program that can be assembled, but has commands that its module will refuse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Refusals {
+    /// It fails: a module is not to be given what it refuses.
+    Fail,
+    /// They are told, and the program is run to show what comes of it.
+    Tell,
+}
+
 /// Reads a program and prints to standard error what is wrong or doubtful in its source; fails when
-/// it cannot be read or has errors. With a module, it is checked against its catalogue, too.
+/// it cannot be read or has errors. It is checked against what this module has, or else the one that
+/// it names itself.
 pub(crate) fn load(
     file: &Path,
     args: &SourceArgs,
     module: Option<&'static Module>,
+    refusals: Refusals,
 ) -> Result<Program, Failure> {
     let bytes = sources::read(file)?;
     if is_binary(file) {
         return Ok(Program { commands: decode(file, &bytes)?, assembly: None });
     }
-    let assembly = assemble_valid(file, &bytes, args, module, Format::Human)?;
+    let assembly = assemble_valid(file, &bytes, args, module, refusals, Format::Human)?;
     Ok(Program { commands: assembly.commands().collect(), assembly: Some(assembly) })
 }
 
@@ -62,6 +73,7 @@ pub(crate) fn assemble_valid(
     bytes: &[u8],
     args: &SourceArgs,
     module: Option<&'static Module>,
+    refusals: Refusals,
     format: Format,
 ) -> Result<Assembly, Failure> {
     let assembly = assembly(file, bytes, args);
@@ -69,11 +81,17 @@ pub(crate) fn assemble_valid(
     // What is merely worth knowing is told by `tmcl check`.
     findings.retain(|finding| finding.severity() > Severity::Hint);
     diagnostics::print(format, &assembly.files, &findings)?;
-    if findings.iter().any(|finding| finding.severity() == Severity::Error) {
-        let summary = Summary::of(&findings);
-        return Err(Failure::new(format!("{}: {summary}", sources::shown(file))));
+    let mut errors = findings.iter().filter(|finding| finding.severity() == Severity::Error);
+    let Some(first) = errors.next() else { return Ok(assembly) };
+    if refusals == Refusals::Tell && assembly.is_valid() {
+        return Ok(assembly);
     }
-    Ok(assembly)
+    let failure = Failure::new(format!("{}: {}", sources::shown(file), Summary::of(&findings)));
+    if [first].into_iter().chain(errors).all(|error| error.code.can_be_silenced()) {
+        let code = first.code.name();
+        return Err(failure.help(format!("`// tmcl-allow: {code}` in the line lets it pass")));
+    }
+    Err(failure)
 }
 
 /// Whether a file's name says that it holds the assembled program.
@@ -89,9 +107,11 @@ pub(crate) fn assembly(file: &Path, bytes: &[u8], args: &SourceArgs) -> Assembly
     assemble(&sources::shown(file), text, &mut disk, options)
 }
 
-/// What is wrong or doubtful in a program.
-pub(crate) fn findings(assembly: &Assembly, _module: Option<&'static Module>) -> Vec<Diagnostic> {
-    assembly.diagnostics.clone()
+/// What is wrong or doubtful in a program, for this module or else the one that a comment names.
+pub(crate) fn findings(assembly: &Assembly, module: Option<&'static Module>) -> Vec<Diagnostic> {
+    // A name that no module has is among the findings.
+    let declared = || opentmcl_catalog::find(check::declared_module(assembly)?.0);
+    check::findings(assembly, module.or_else(declared))
 }
 
 /// The commands of a binary.
@@ -141,7 +161,7 @@ mod tests {
         let file = folder.path().join("main.tmc");
         std::fs::write(&file, main).unwrap();
         let args = SourceArgs { include: Vec::new(), no_stop: false };
-        (folder, load(&file, &args, None))
+        (folder, load(&file, &args, None, Refusals::Fail))
     }
 
     #[test]
@@ -175,7 +195,7 @@ mod tests {
         // ROR 0, 1: the last byte is the sum.
         std::fs::write(&file, [1, 0, 0, 0, 0, 0, 1, 2]).unwrap();
         let args = SourceArgs { include: Vec::new(), no_stop: false };
-        let program = load(&file, &args, None).unwrap();
+        let program = load(&file, &args, None, Refusals::Fail).unwrap();
         assert_eq!(program.commands, [Command::new(1, 0, 0, 1)]);
         assert_eq!((program.place(0), program.label("x")), (None, None));
         assert_eq!(program.labels().count(), 0);

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use opentmcl_catalog::Module;
 use opentmcl_conform::{Assembled, Programs};
 
-use crate::program::{self, Program, SourceArgs};
+use crate::program::{self, Program, Refusals, SourceArgs};
 
 /// Reads each program once, however many transcripts name it.
 pub(crate) struct ProgramFiles<'a> {
@@ -51,7 +51,7 @@ impl Programs for ProgramFiles<'_> {
             self.files.iter().position(|known| known.path == path && known.module == module.name);
         let number = known.unwrap_or_else(|| {
             let number = self.files.len();
-            let program = program::load(&path, self.args, Some(module))
+            let program = program::load(&path, self.args, Some(module), Refusals::Tell)
                 .map(|program| (Rc::new(assembled(number, &program)), program))
                 .map_err(|failure| failure.message().to_owned());
             self.files.push(File { path, module: module.name, program });
@@ -82,5 +82,5 @@ fn whole(value: f64) -> Option<i32> {
     let rounded = value.round();
     let range = f64::from(i32::MIN)..=f64::from(u32::MAX);
     // Above the largest signed number it is the bit pattern that counts, as in a program.
-    range.contains(&rounded).then(|| (rounded as i64) as i32)
+    range.contains(&rounded).then_some((rounded as i64) as i32)
 }

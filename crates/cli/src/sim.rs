@@ -21,7 +21,7 @@ use opentmcl_wire::{Command, Duration, Opcode};
 
 use crate::failure::Failure;
 use crate::lookup;
-use crate::program::{self, SourceArgs};
+use crate::program::{self, Refusals, SourceArgs};
 use listing::Listing;
 use picture::Picture;
 use record::Record;
@@ -104,7 +104,7 @@ Examples:
 /// Runs the program.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let model = lookup::module(&args.module)?;
-    let program = program::load(&args.file, &args.source, Some(model))?;
+    let program = program::load(&args.file, &args.source, Some(model), Refusals::Tell)?;
     let listing = Listing::new(&program);
     let mut run = Run::new(model, args.program_rate, &program.commands)?;
     set_up(&mut run, model, args)?;

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use opentmcl_catalog::Module;
 use opentmcl_firmware::PROGRAM_LEN;
 use opentmcl_lang::{Disassembly, binary, disassemble};
 use opentmcl_link::program::Programmer;
@@ -19,8 +20,7 @@ use crate::sources;
 /// Read the program from a module
 ///
 /// It is read from address 0 up to the end mark that a download leaves, or to the end of the memory,
-/// and written as source, with the names of the module's parameters as comments. Reading does not
-/// disturb a program that runs.
+/// and written as source. Reading does not disturb a program that runs.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
@@ -29,12 +29,15 @@ pub(crate) struct Args {
     /// Write to this file: source, or binary with the extension .bin [default: standard output]
     #[arg(short, long, value_name = "FILE", default_value = sources::DASH, hide_default_value = true)]
     output: PathBuf,
+    /// Write names of parameters, inputs and interrupts in place of their numbers
+    #[arg(long)]
+    names: bool,
 }
 
 const EXAMPLES: &str = "\
 Examples:
   tmcl upload -c /dev/ttyACM0
-  tmcl upload -c /dev/ttyACM0 -o stage.tmc
+  tmcl upload -c /dev/ttyACM0 -o stage.tmc --names
   tmcl upload -c tcp:127.0.0.1:4016 -o stage.bin";
 
 /// Reads the program and writes it.
@@ -50,7 +53,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let contents = if program::is_binary(&args.output) {
         binary::encode(commands.iter().copied())
     } else {
-        let module = programmer.identity().and_then(|it| lookup::by_number(it.number));
+        let module = match args.names {
+            true => Some(named_module(&mut programmer)?),
+            false => None,
+        };
         disassemble(&commands, &Disassembly { module, title: None }).into_bytes()
     };
     output::write_all([(&*args.output, contents)])?;
@@ -59,6 +65,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         writeln!(anstream::stdout().lock(), "{}: {count}", args.output.display())?;
     }
     Ok(())
+}
+
+/// The module whose names are wanted.
+fn named_module(programmer: &mut Programmer<'_>) -> Result<&'static Module, Failure> {
+    let number = programmer.identity().map(|identity| identity.number);
+    number.and_then(lookup::by_number).ok_or_else(|| {
+        Failure::new("the module's names are not known: it is not in the catalogue")
+            .help("leave out --names; `tmcl modules` lists the modules that are known")
+    })
 }
 
 /// Why the module shows no program.

@@ -28,6 +28,8 @@ pub(crate) struct VirtualTarget<'a> {
     model: &'static Module,
     module: VirtualModule,
     observer: Option<&'a mut dyn Observer>,
+    /// Whether the observer is told of what happens now.
+    observing: bool,
     /// When it gives up.
     limit: Option<Duration>,
 }
@@ -35,7 +37,13 @@ pub(crate) struct VirtualTarget<'a> {
 impl<'a> VirtualTarget<'a> {
     /// A new module as it leaves the factory.
     pub(crate) fn new(model: &'static Module) -> Self {
-        Self { model, module: VirtualModule::new(model), observer: None, limit: None }
+        Self {
+            model,
+            module: VirtualModule::new(model),
+            observer: None,
+            observing: true,
+            limit: None,
+        }
     }
 
     /// The same, with a limit of its time.
@@ -54,13 +62,13 @@ impl<'a> VirtualTarget<'a> {
         let end = self.limit.map(|limit| Instant::from_ticks(0) + limit);
         let reached = end.map_or(until, |end| until.min(end));
         match &mut self.observer {
-            None => self.module.advance_to(reached),
-            Some(observer) => {
+            Some(observer) if self.observing => {
                 let _ = self.module.advance_watched(reached, |executed| {
                     observer.executed(executed);
                     ControlFlow::Continue(())
                 });
             }
+            _ => self.module.advance_to(reached),
         }
         match self.limit {
             Some(limit) if reached < until => Err(TargetError::TimeIsUp(limit)),
@@ -132,6 +140,10 @@ impl Target for VirtualTarget<'_> {
         }
     }
 
+    fn case_over(&mut self) {
+        self.observing = false;
+    }
+
     fn power_cycle(&mut self) -> Result<(), TargetError> {
         self.look()?;
         self.module.power_cycle();
@@ -153,6 +165,7 @@ impl Target for VirtualTarget<'_> {
 
     fn fresh(&mut self) -> Result<(), TargetError> {
         self.module = VirtualModule::new(self.model);
+        self.observing = true;
         if let Some(observer) = &mut self.observer {
             observer.fresh();
         }

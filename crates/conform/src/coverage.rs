@@ -271,6 +271,16 @@ mod tests {
     }
 
     #[test]
+    fn a_condition_looks_at_what_it_asks_for_and_at_what_happened_before() {
+        let rows = covered("> ROR 0, 500\n< 100\nwait until speed 0 = 500");
+        assert!(rows.contains(&Row::AxisParameter(3)));
+        assert!(rows.contains(&Row::Command(1)));
+        let rows = covered("expect output 2 low\n> MST 0\n< 100");
+        assert!(rows.contains(&Row::Port { bank: 2, number: 2, write: false }));
+        assert!(!rows.contains(&Row::Command(3)));
+    }
+
+    #[test]
     fn a_command_without_a_telling_expectation_after_it_is_not_covered() {
         let rows = covered("> GAP 4, 0\n< 100 51200\n> MST 0\n< 100");
         assert!(!rows.contains(&Row::Command(3)));

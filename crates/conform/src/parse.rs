@@ -391,5 +391,6 @@ mod tests {
     fn comments_may_stand_behind_a_line() {
         let kinds = steps("wait 1 ms # a while\n> GAP 1, 0 # where\n< 100 # there\nfresh # end");
         assert_eq!(kinds.len(), 3, "{kinds:?}");
+        assert!(mistakes("module tmcm-6214\nfresh#")[0].contains("\"fresh#\" is no step"));
     }
 }

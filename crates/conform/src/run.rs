@@ -87,12 +87,8 @@ pub fn run(transcript: &Transcript, target: &mut dyn Target) -> Outcome {
         if at > 0
             && let Err(error) = target.fresh()
         {
-            let broken = matches!(error, TargetError::Broken(_));
             outcome.end(case.line, error, target.moment());
-            if broken {
-                return outcome;
-            }
-            continue;
+            return outcome;
         }
         let Outcome { expectations, failures, skipped, ended } = run_case(transcript, case, target);
         outcome.expectations += expectations;
@@ -117,6 +113,7 @@ pub fn run_case(transcript: &Transcript, case: &Case, target: &mut dyn Target) -
         }
     }
     runner.outcome.ended = Some(runner.target.moment());
+    runner.target.case_over();
     runner.no_extras_left(last_line);
     runner.outcome
 }

@@ -37,6 +37,9 @@ pub trait Target {
     /// A program is about to be loaded.
     fn loading(&mut self, _: &Program) {}
 
+    /// The steps of a case are over; what follows only looks for replies that nobody expects.
+    fn case_over(&mut self) {}
+
     /// Switches the module off and on.
     ///
     /// # Errors

@@ -221,6 +221,40 @@ codes! {
     ValueOutOfRange = "value-out-of-range" Fault;
     /// A negative time counts as 0; only -1 has a meaning of its own, the time in the accumulator.
     NegativeTime = "negative-time" Warning;
+    /// The command goes to an address where the program has no command.
+    JumpOutsideProgram = "jump-outside-program" Fault;
+    /// The program has more commands than program memory holds.
+    ProgramTooLong = "program-too-long" Fault;
+    /// Behind the last command the program goes on into whatever program memory holds there.
+    RunsOffTheEnd = "runs-off-the-end" Warning;
+    /// Nothing leads to these commands, and without a label nobody can start them either.
+    UnreachableCode = "unreachable-code" Warning;
+    /// The program never uses this label, and only by it are the commands behind it reached. That is as
+    /// it should be if a host starts them by their address.
+    UnreferencedCode = "unreferenced-code" Hint;
+    /// More subroutines call each other than the stack has levels: the module ignores the last call.
+    CallsTooDeep = "calls-too-deep" Warning;
+    /// A subroutine is called again before it has returned. Each turn takes a level of the stack.
+    RecursiveCall = "recursive-call" Warning;
+    /// The program can come here without a call. The module then ignores RSUB and goes on behind it.
+    ReturnWithoutCall = "return-without-call" Warning;
+    /// An interrupt handler ends by RETI. RSUB takes the return address of the program that was
+    /// interrupted, while the handler never ends.
+    RsubInHandler = "rsub-in-handler" Warning;
+    /// No way leads from the handler to RETI, STOP or RST: no other interrupt is served any more.
+    HandlerWithoutReti = "handler-without-reti" Warning;
+    /// The program can come here without an interrupt. The module then ignores RETI and goes on behind
+    /// it.
+    RetiOutsideHandler = "reti-outside-handler" Warning;
+    /// A subroutine that a handler calls ends by RSUB. RETI leaves the return address on the stack, where
+    /// the next RSUB finds it.
+    RetiInSubroutine = "reti-in-subroutine" Warning;
+    /// The program runs into an interrupt handler that stands behind it.
+    FallsIntoHandler = "falls-into-handler" Warning;
+    /// The interrupt is enabled and has no handler: nothing happens when it occurs.
+    InterruptWithoutVector = "interrupt-without-vector" Warning;
+    /// The interrupt has a handler and is never enabled, by itself or by EI 255.
+    InterruptNotEnabled = "interrupt-not-enabled" Hint;
     /// WAIT REFSW and WAIT LIMSW with a time-out of 0 wait for ever for a switch that does not close.
     WaitWithoutTimeOut = "wait-without-time-out" Hint;
 }

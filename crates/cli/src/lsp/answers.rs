@@ -189,7 +189,12 @@ fn prepare_rename(
     params: TextDocumentPositionParams,
 ) -> Result<Option<PrepareRenameResponse>, Problem> {
     let offset = asked.places().offset(params.position);
-    let (span, name) = asked.service().prepare_rename(asked.file, offset).map_err(refused)?;
+    let (span, name) = match asked.service().prepare_rename(asked.file, offset) {
+        Ok(found) => found,
+        // So the protocol says it, without an error to show.
+        Err(service::RenameError::NothingHere) => return Ok(None),
+        Err(error) => return Err(refused(error)),
+    };
     let (range, placeholder) = (asked.places().range(span), name.to_owned());
     Ok(Some(PrepareRenameResponse::RangeWithPlaceholder { range, placeholder }))
 }

@@ -1,6 +1,6 @@
 //! Places in texts as the protocol writes them.
 
-use std::cell::{Cell, OnceCell};
+use std::cell::{OnceCell, RefCell};
 
 use lsp_types::{Location, Position, Range, Uri};
 use opentmcl_lang::span::{self, ColumnUnit, LineIndex, Span};
@@ -13,19 +13,29 @@ pub(super) fn place(position: Position) -> span::Position {
     span::Position { line: position.line, column: position.character }
 }
 
+/// How many bytes lie between two columns of a long line that are remembered.
+const STEP: u32 = 1024;
+
 /// The places of one text.
 pub(super) struct Places<'a> {
     text: &'a str,
     lines: LineIndex,
     unit: ColumnUnit,
-    /// The place that was asked for last: the next one is often behind it, in the same line, and
-    /// counting on from there keeps the time linear however long a line is.
-    last: Cell<(u32, span::Position)>,
+    /// A long line, and the column at about every [`STEP`] bytes of it, so that a place costs the same
+    /// wherever it is.
+    marks: RefCell<(u32, Vec<Mark>)>,
+}
+
+/// A byte of a line and the column that it is at.
+#[derive(Clone, Copy, Default)]
+struct Mark {
+    byte: u32,
+    column: u32,
 }
 
 impl<'a> Places<'a> {
     pub(super) fn new(text: &'a str, unit: ColumnUnit) -> Self {
-        Self { text, lines: LineIndex::new(text), unit, last: Cell::default() }
+        Self { text, lines: LineIndex::new(text), unit, marks: RefCell::default() }
     }
 
     pub(super) fn offset(&self, position: Position) -> u32 {
@@ -37,16 +47,38 @@ impl<'a> Places<'a> {
     }
 
     pub(super) fn position(&self, offset: u32) -> Position {
-        let (last, position) = self.last.get();
-        let line = self.lines.line(self.text, position.line);
-        let found = if last <= offset && offset <= line.end {
-            let between = self.unit.columns(Span::new(last, offset).of(self.text));
-            span::Position { line: position.line, column: position.column + between }
-        } else {
-            self.lines.position(self.text, offset, self.unit)
-        };
-        self.last.set((offset, found));
-        Position::new(found.line, found.column)
+        // Bytes need no counting.
+        let span::Position { line, column: byte } =
+            self.lines.position(self.text, offset, ColumnUnit::Utf8);
+        let start = offset.saturating_sub(byte);
+        let mark = if byte < STEP { Mark::default() } else { self.mark(line, start, byte) };
+        let rest = Span::new(start + mark.byte, offset).of(self.text);
+        Position::new(line, mark.column + self.unit.columns(rest))
+    }
+
+    /// The last mark in front of a byte of a line, which begins at `start`.
+    fn mark(&self, line: u32, start: u32, byte: u32) -> Mark {
+        let mut known = self.marks.borrow_mut();
+        if known.0 != line || known.1.is_empty() {
+            *known = (line, self.marks_of(line, start));
+        }
+        let behind = known.1.partition_point(|mark| mark.byte <= byte);
+        known.1[..behind].last().copied().unwrap_or_default()
+    }
+
+    fn marks_of(&self, line: u32, start: u32) -> Vec<Mark> {
+        let text = Span::new(start, self.lines.line(self.text, line).end).of(self.text);
+        let mut marks = vec![Mark::default()];
+        let mut last = Mark::default();
+        for (byte, _) in text.char_indices() {
+            let byte = byte as u32;
+            if byte >= last.byte + STEP {
+                let column = self.unit.columns(Span::new(last.byte, byte).of(text));
+                last = Mark { byte, column: last.column + column };
+                marks.push(last);
+            }
+        }
+        marks
     }
 
     pub(super) fn range(&self, span: Span) -> Range {
@@ -89,6 +121,20 @@ impl<'a> Files<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_place_far_behind_in_a_long_line_is_right() {
+        // Each ä is two bytes and one unit of UTF-16, so that no mark is at a round number.
+        let text = format!("x\n{}\n{}MST", "ä".repeat(5000), "aä".repeat(5000));
+        for unit in [ColumnUnit::Utf8, ColumnUnit::Utf16] {
+            let places = Places::new(&text, unit);
+            for (at, _) in text.char_indices().step_by(97).chain(text.char_indices().skip(15_000)) {
+                let at = at as u32;
+                let place = LineIndex::new(&text).position(&text, at, unit);
+                assert_eq!(places.position(at), Position::new(place.line, place.column), "{at}");
+            }
+        }
+    }
 
     #[test]
     fn places_are_the_same_in_whatever_order_they_are_asked_for() {

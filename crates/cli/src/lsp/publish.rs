@@ -5,11 +5,11 @@ use std::io::Write;
 
 use lsp_types::notification::PublishDiagnostics;
 use lsp_types::{
-    self as protocol, DiagnosticRelatedInformation, DiagnosticSeverity, NumberOrString,
-    PublishDiagnosticsParams, Uri,
+    self as protocol, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag,
+    NumberOrString, PublishDiagnosticsParams, Uri,
 };
 use opentmcl_lang::span::ColumnUnit;
-use opentmcl_lang::{Diagnostic, Severity};
+use opentmcl_lang::{Code, Diagnostic, Severity};
 
 use super::convert::Files;
 use super::server::Server;
@@ -95,6 +95,8 @@ pub(super) fn diagnostic(files: &Files<'_>, finding: &Diagnostic) -> Option<prot
         source: Some("tmcl".into()),
         message,
         related_information: related,
+        // Editors show it paler.
+        tags: (finding.code == Code::UnreachableCode).then(|| vec![DiagnosticTag::UNNECESSARY]),
         ..Default::default()
     })
 }

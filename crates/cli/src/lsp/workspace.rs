@@ -7,12 +7,11 @@ use lsp_types::Uri;
 use opentmcl_catalog::Module;
 use opentmcl_lang::include::{Found, Sources};
 use opentmcl_lang::service::Service;
-use opentmcl_lang::{Assembly, Diagnostic, File, FileId, Options, assemble};
+use opentmcl_lang::{Assembly, Diagnostic, File, FileId, Options, assemble, check};
 
 use super::documents::Document;
 use super::settings::Settings;
 use super::uri;
-use crate::program;
 use crate::sources::Disk;
 
 /// Everything that is known.
@@ -124,8 +123,9 @@ impl Workspace {
             };
             let text = document.text.as_str();
             let assembly = assemble(name, text, &mut sources, Options::default());
-            let module = declared_module(&assembly).or(self.settings.module);
-            let findings = program::findings(&assembly, module);
+            let declared = check::declared_module(&assembly).map(|(name, _)| name);
+            let module = declared.and_then(opentmcl_catalog::find).or(self.settings.module);
+            let findings = check::findings(&assembly, module);
             self.programs.insert(name.clone(), Program { assembly, module, findings });
         }
         self.contexts = contexts(&self.programs);
@@ -156,17 +156,6 @@ fn contexts(programs: &BTreeMap<String, Program>) -> BTreeMap<String, String> {
         }
     }
     contexts
-}
-
-/// The module that a comment of the main file names.
-fn declared_module(assembly: &Assembly) -> Option<&'static Module> {
-    let tree = &assembly.file(FileId(0)).tree;
-    tree.lines().iter().find_map(|line| {
-        let comment = tree.token_text(tree.comment(line)?).trim_start_matches(['/', ';']).trim();
-        let (key, value) = comment.split_once(':')?;
-        let module = opentmcl_catalog::find(value.trim());
-        module.filter(|_| key.trim().eq_ignore_ascii_case("module"))
-    })
 }
 
 /// Finds files as the command line does; where one is open in the editor, its text is what is there.

@@ -227,6 +227,56 @@ fn warnings_fail_only_where_they_are_denied() {
     lab.fail(2, &["check", "doubtful.tmc", "--deny", "everything"]);
 }
 
+/// The TMCM-6214 has axes 0 to 5.
+const SEVENTH_AXIS: &str = "MST 6\n";
+
+#[test]
+fn a_program_is_checked_against_the_module_that_it_names_or_that_is_named() {
+    let named = format!("// module: tmcm-6214\n{SEVENTH_AXIS}");
+    let lab = Lab::with(&[("any.tmc", SEVENTH_AXIS), ("named.tmc", &named)]);
+    assert_eq!(lab.succeed(&["check", "any.tmc"]), "no findings in 1 file\n");
+    for args in [&["check", "named.tmc"][..], &["check", "any.tmc", "-m", "TMCM-6214"]] {
+        let out = findings(&lab, args);
+        assert!(out.starts_with("error[no-such-axis]: "), "{out}");
+    }
+    lab.write("wrong.tmc", "// module: tmcm-9999\nMST 6\n");
+    let out = findings(&lab, &["check", "wrong.tmc", "--deny", "warnings"]);
+    assert!(out.starts_with("warning[unknown-name-in-comment]"), "{out}");
+    let out = findings(&lab, &["check", "wrong.tmc", "--module", "tmcm-6214"]);
+    assert!(out.contains("error[no-such-axis]"), "the option counts: {out}");
+}
+
+#[test]
+fn what_the_module_would_refuse_is_not_assembled_unless_it_is_allowed() {
+    let lab = Lab::with(&[("main.tmc", SEVENTH_AXIS)]);
+    let errors = lab.fail(1, &["asm", "main.tmc", "--module", "tmcm-6214"]);
+    let end =
+        "error: main.tmc: 1 error\nhelp: `// tmcl-allow: no-such-axis` in the line lets it pass\n";
+    assert!(errors.ends_with(end), "{errors}");
+    // What keeps it from being assembled cannot be allowed.
+    lab.write("main.tmc", format!("{SEVENTH_AXIS}JA nowhere\n"));
+    let errors = lab.fail(1, &["asm", "main.tmc", "--module", "tmcm-6214"]);
+    assert!(errors.ends_with("error: main.tmc: 2 errors\n"), "{errors}");
+    lab.write("main.tmc", "MST 6 // tmcl-allow: no-such-axis\n");
+    lab.succeed(&["asm", "main.tmc", "--module", "tmcm-6214"]);
+    assert_eq!(lab.succeed(&["check", "main.tmc", "-m", "tmcm-6214"]), "no findings in 1 file\n");
+}
+
+#[test]
+fn hints_are_told_by_a_check_alone_and_are_never_denied() {
+    let lab = Lab::with(&[("wait.tmc", "WAIT REFSW, 0, 0\nSTOP\n")]);
+    let out = lab.succeed(&["check", "wait.tmc", "--deny", "warnings"]);
+    assert!(out.starts_with("hint[wait-without-time-out]: "), "{out}");
+    assert!(out.ends_with("1 hint in 1 file\n"), "{out}");
+    let github = lab.succeed(&["check", "wait.tmc", "--format", "github"]);
+    assert!(github.starts_with("::notice file=wait.tmc,line=1,"), "{github}");
+    let sarif = lab.succeed(&["check", "wait.tmc", "--format", "sarif"]);
+    let sarif: Value = serde_json::from_str(&sarif).unwrap();
+    assert_valid_sarif(&sarif);
+    assert_eq!(sarif["runs"][0]["results"][0]["level"], "note");
+    assert_eq!(lab.succeed(&["asm", "wait.tmc"]), "wait.bin: 2 commands\n");
+}
+
 #[test]
 fn a_folder_means_the_sources_in_it_and_below() {
     let lab = Lab::with(&[

@@ -71,6 +71,8 @@ fn a_program_gets_onto_the_module_and_back_over_both_lines() {
         let done = stdout_of(&["download", text(&source), "-c", uri, "--verify"]);
         assert!(done.starts_with("7 commands downloaded and verified in 0."), "{done}");
         assert_eq!(stdout_of(&["upload", "-c", uri]), UPLOADED);
+        let named = stdout_of(&["upload", "-c", uri, "--names"]);
+        assert!(named.starts_with("// module: tmcm-6214\n#include tmcm-6214.inc\n"), "{named}");
 
         let binary = folder.path().join("stage.bin");
         let done = stdout_of(&["upload", "-c", uri, "-o", text(&binary)]);
@@ -115,7 +117,7 @@ fn auto_start_and_run_start_the_program() {
 
 #[test]
 fn run_begins_with_a_reset() {
-    let (_folder, source) = file("count.tmc", "CALC ADD, 1\nSTOP\nCALC ADD, 10\nSTOP\n");
+    let (_folder, source) = file("count.tmc", "CALC ADD, 1\nSTOP\nSecond: CALC ADD, 10\nSTOP\n");
     let served = serve(&[]);
     for _ in 0..2 {
         stdout_of(&["download", text(&source), "-c", served.pty(), "--run"]);

@@ -16,3 +16,4 @@ mod sim;
 mod test_coverage;
 mod test_programs;
 mod usage;
+mod workflow;

@@ -52,7 +52,7 @@ impl Source {
 /// Half a second: 10 000 commands a second, and ticks of 10 ms.
 const BLINK: &str = "\
 SIO 1, 2, 1
-SAP 5, 9, 1000 // there is no axis 9
+SAP 5, 9, 1000 // tmcl-allow: no-such-axis
 WAIT TICKS, 0, 50
 SIO 1, 2, 0
 STOP
@@ -120,7 +120,9 @@ fn a_binary_runs_and_is_shown_by_its_addresses() {
 
 #[test]
 fn a_command_refused_again_and_again_is_one_line_with_its_count() {
-    let source = Source::new("SGP 3, 2, 7\nAgain: MVP ABS, 6, 0\nDJNZ 3, Again\n");
+    let source = Source::new(
+        "SGP 3, 2, 7\nAgain: MVP ABS, 6, 0 // tmcl-allow: no-such-axis\nDJNZ 3, Again\n",
+    );
     let text = source.sim(&[]);
     let refused =
         "refused    line 2: MVP ABS, 6, 0: status 4 (invalid value), 7 times, first at 0.000 s\n";
@@ -197,7 +199,7 @@ fn a_wait_that_will_end_is_not_called_hopeless() {
 
 #[test]
 fn a_program_without_stop_runs_into_empty_memory() {
-    let source = Source::new("CALC ADD, 1\n");
+    let source = Source::new("CALC ADD, 1 // tmcl-allow: runs-off-the-end\n");
     assert_eq!(source.summary(&["--no-stop"])["end"]["reason"], "no_stop");
     assert_eq!(source.summary(&[])["end"]["reason"], "stop");
     let text = source.sim(&["--no-stop"]);
@@ -216,7 +218,8 @@ fn a_program_has_the_rate_that_was_asked_for() {
 
 #[test]
 fn a_jump_out_of_the_program_is_named() {
-    let summary = Source::new("CALC ADD, 1\nJA 5000\n").summary(&[]);
+    let source = Source::new("CALC ADD, 1\nJA 5000 // tmcl-allow: jump-outside-program\n");
+    let summary = source.summary(&[]);
     assert_eq!(
         (&summary["end"]["reason"], &summary["end"]["line"]),
         (&"jump_outside".into(), &2.into())
@@ -233,7 +236,8 @@ fn a_trace_has_a_line_for_each_command_as_it_is_written() {
          COMP 1\n\
          JC EQ, Again\n\
          RSUB\n\
-         WAIT TICKS, 0, 1\n",
+         WAIT TICKS, 0, 1\n\
+         // tmcl-allow-file: return-without-call\n",
     );
     let text = source.sim(&["--trace"]);
     let (trace, summary) = text.split_once("\n\n").unwrap();

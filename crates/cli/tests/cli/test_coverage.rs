@@ -12,7 +12,7 @@ Again:  CSUB Work
         COMP 5
         JC GT, Never
         STOP
-Never:  MST 0
+Never:  STOP
 #include work.inc
 ";
 
@@ -42,7 +42,7 @@ main.tmc
         1                   4          COMP 5
         1        0 of 1     5          JC GT, Never
         1                   6          STOP
-    never                   7  Never:  MST 0
+    never                   7  Never:  STOP
 
 work.inc
  executed        jumped
@@ -94,12 +94,22 @@ fn a_file_that_is_included_twice_sums_up_and_one_that_never_ran_has_zeros() {
 
 #[test]
 fn commands_that_took_the_place_of_the_program_are_not_counted_for_it() {
-    // The program in the test lies over the first two lines; a command by a request over the third.
-    let test = "module tmcm-6214\nprogram three.tmc\nprogram\nMST 1\nMST 2\nend\n\
+    // The program in the test lies over the first two lines, even if it does the same; a command by
+    // a request over the third.
+    let test = "module tmcm-6214\nprogram three.tmc\nprogram\nMST 0\nMST 2\nend\n\
                 > 132 0, 0, 2\n< 100\n> MST 3\n< 101\n> 133 0, 0, 0\n< 100\nrun\nwait 1 ms\n";
     let lab = Lab::with(&[("three.tmc", "MST 0\nMST 0\nMST 0\nSTOP\n"), ("a.test.txt", test)]);
     let out = lab.succeed(&["test", "--coverage"]);
     assert!(out.contains("three.tmc  1 of 4, 25 %"), "{out}");
+}
+
+#[test]
+fn what_happens_after_the_last_line_of_a_test_is_not_counted() {
+    // A command takes 0.1 ms: at the end of the test, the fifth one is yet to come.
+    let test = "module tmcm-6214\nprogram a.tmc\nrun\nwait 350 us\n";
+    let lab = Lab::with(&[("a.tmc", "MST 0\nMST 1\nMST 2\nMST 3\nMST 4\n"), ("a.test.txt", test)]);
+    let out = lab.succeed(&["test", "--coverage"]);
+    assert!(out.contains("a.tmc  4 of 5, 80 %"), "{out}");
 }
 
 #[test]

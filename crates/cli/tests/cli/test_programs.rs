@@ -117,6 +117,14 @@ fn a_program_that_has_ended_stands_at_its_stop() {
 }
 
 #[test]
+fn a_program_that_runs_behind_a_stop_is_not_at_it() {
+    let lab = lab("run\nwait 1 ms\nexpect x = 1\n");
+    lab.write("wait.tmc", "JA Over\nSTOP\nOver: WAIT TICKS, 0, 50\n");
+    let (_, out, _) = lab.run(&["test"]);
+    assert!(out.contains("program running at wait.tmc:3: Over: WAIT TICKS, 0, 50"), "{out}");
+}
+
+#[test]
 fn a_program_in_the_test_itself_is_pointed_to_there() {
     let test = "module tmcm-6214\nprogram 5\n  WAIT TICKS, 0, 50\nend\nrun\nexpect x = 1\n";
     let (_, out, _) = Lab::with(&[("a.test.txt", test)]).run(&["test"]);

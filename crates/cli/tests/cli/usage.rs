@@ -16,7 +16,7 @@ fn every_subcommand_has_help_with_an_example_of_itself() {
     assert!(names.len() >= 3, "{names:?}");
     for name in names {
         let help = stdout_of(&[name, "--help"]);
-        let examples = help.split_once("Examples:").map(|(_, examples)| examples);
+        let examples = help.split_once("\nExamples").map(|(_, examples)| examples);
         assert!(examples.is_some_and(|text| text.contains(&format!("tmcl {name}"))), "{help}");
     }
 }

@@ -5,7 +5,7 @@ use serde_json::json;
 use crate::client::{Client, shown};
 
 /// ä is one unit of UTF-16 and two bytes of UTF-8, 𝄞 two units and four bytes.
-const TEXT: &str = "Zähler: MST 0 // ä𝄞\nJA Zähler // 𝄞\nJA Zähle // 𝄞\n";
+const TEXT: &str = "Zähler: MST 0 // ä𝄞\nJC ZE, Zähler // 𝄞\nJC ZE, Zähle // 𝄞\n";
 
 const URI: &str = "untitled:columns";
 
@@ -13,15 +13,15 @@ const URI: &str = "untitled:columns";
 fn without_an_agreement_columns_are_units_of_utf_16() {
     let mut client = Client::new();
     client.open(URI, TEXT);
-    assert_eq!(client.codes(URI), ["2:3-2:8 unknown-label"]);
-    let found = client.at("textDocument/definition", URI, 1, 9);
+    assert_eq!(client.codes(URI), ["2:7-2:12 unknown-label"]);
+    let found = client.at("textDocument/definition", URI, 1, 13);
     assert_eq!(shown(&found["range"]), "0:0-0:6");
     // From behind the last letter of the name to the end of the line.
     client.change(
         URI,
         2,
         json!([{
-            "range": { "start": { "line": 2, "character": 8 }, "end": { "line": 2, "character": 99 } },
+            "range": { "start": { "line": 2, "character": 12 }, "end": { "line": 2, "character": 99 } },
             "text": "r",
         }]),
     );
@@ -35,14 +35,14 @@ fn an_editor_that_counts_bytes_is_answered_in_bytes() {
     let result = client.greet(json!({ "capabilities": { "general": encodings } }));
     assert_eq!(result["capabilities"]["positionEncoding"], "utf-8");
     client.open(URI, TEXT);
-    assert_eq!(client.codes(URI), ["2:3-2:9 unknown-label"]);
-    let found = client.at("textDocument/definition", URI, 1, 10);
+    assert_eq!(client.codes(URI), ["2:7-2:13 unknown-label"]);
+    let found = client.at("textDocument/definition", URI, 1, 14);
     assert_eq!(shown(&found["range"]), "0:0-0:7");
     client.change(
         URI,
         2,
         json!([{
-            "range": { "start": { "line": 2, "character": 9 }, "end": { "line": 2, "character": 17 } },
+            "range": { "start": { "line": 2, "character": 13 }, "end": { "line": 2, "character": 21 } },
             "text": "r",
         }]),
     );

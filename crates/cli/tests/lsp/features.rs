@@ -130,8 +130,11 @@ fn a_name_is_changed_in_all_files() {
     // RequestFailed: the parameters are well, the wish is not.
     assert_eq!(code, -32803);
     assert!(message.contains("\"two words\" is not a name"), "{message}");
-    let (code, _) = client.refused("textDocument/prepareRename", place(&a, 1, 0));
+    assert_eq!(client.at("textDocument/prepareRename", &a, 1, 0), Value::Null);
+    client.replace(&a, 2, "#include TMCLParam.tmc\nMST Motor1\n");
+    let (code, message) = client.refused("textDocument/prepareRename", place(&a, 1, 5));
     assert_eq!(code, -32803);
+    assert!(message.contains("TMCLParam.tmc, which comes with the tools"), "{message}");
 }
 
 #[test]

@@ -26,6 +26,32 @@ fn a_finding_says_where_what_and_how_to_mend_it() {
 }
 
 #[test]
+fn code_that_is_never_reached_is_marked_as_such() {
+    let mut client = Client::new();
+    client.open(URI, "Loop: MST 0\nJA Loop\nMST 1\n");
+    let findings = client.findings(URI);
+    let found = findings.iter().find(|finding| finding["code"] == "unreachable-code").unwrap();
+    assert_eq!((&found["severity"], &found["tags"]), (&json!(2), &json!([1])));
+    assert_eq!(found["range"]["start"]["line"], 2);
+}
+
+#[test]
+fn findings_need_the_module_and_comments_silence_them() {
+    // The TMCM-6214 has no STAP.
+    let mut client = Client::greeted(Value::Null);
+    client.open(URI, "STAP 4, 0\nSTOP\n");
+    assert_eq!(client.codes(URI), [""; 0]);
+    client.replace(URI, 2, "// module: tmcm-6214\nSTAP 4, 0\nSTOP\n");
+    assert_eq!(client.codes(URI), ["1:0-1:4 no-such-command"]);
+    client.replace(
+        URI,
+        3,
+        "// module: tmcm-6214\nSTAP 4, 0 // tmcl-allow: no-such-command\nSTOP\n",
+    );
+    assert_eq!(client.codes(URI), [""; 0]);
+}
+
+#[test]
 fn findings_follow_the_text_and_go_with_it() {
     let mut client = Client::new();
     client.open(URI, "XYZ\n");
@@ -69,13 +95,21 @@ fn included_files_have_findings_of_their_own() {
 }
 
 #[test]
+fn a_file_that_is_included_twice_is_told_of_once() {
+    let folder = Folder::new(&[("main.tmc", ""), ("lib.inc", "Bad = 1 / 0\n")]);
+    let mut client = Client::new();
+    client.open(&folder.uri("main.tmc"), "#include lib.inc\n#include lib.inc\nSTOP\n");
+    assert_eq!(client.codes(&folder.uri("lib.inc")), ["0:6-0:11 undefined-value"]);
+}
+
+#[test]
 fn an_included_file_is_looked_at_in_the_program_that_includes_it() {
-    let folder = Folder::new(&[("main.tmc", ""), ("part.inc", "")]);
-    let (main, part) = (folder.uri("main.tmc"), folder.uri("part.inc"));
+    let folder = Folder::new(&[("main.tmc", ""), ("a-part.inc", "")]);
+    let (main, part) = (folder.uri("main.tmc"), folder.uri("a-part.inc"));
     let mut client = Client::new();
     client.open(&part, "Turn: MVP REL, 0, Step\nRSUB\n");
     assert_eq!(client.codes(&part), ["0:18-0:22 unknown-constant"]);
-    client.open(&main, "Step = 200\nCSUB Turn\nSTOP\n#include part.inc\n");
+    client.open(&main, "Step = 200\nCSUB Turn\nSTOP\n#include a-part.inc\n");
     assert_eq!(client.codes(&part), [""; 0]);
     let hover = client.at("textDocument/hover", &part, 0, 19);
     assert!(hover["contents"]["value"].as_str().unwrap().contains("Step = 200"));
@@ -145,8 +179,8 @@ fn a_change_on_disk_is_noticed_when_the_editor_tells_it() {
 
 #[test]
 fn a_full_memory_is_quick_at_every_key() {
-    // Twice as much as a module can hold, and a hundred keys at once.
-    let program = "Loop: SAP 4, 0, 51200 // speed\n".replace("Loop: ", "").repeat(4096);
+    // As much as the module can hold with the STOP at the end, and a hundred keys at once.
+    let program = "SAP 4, 0, 51200 // speed\n".repeat(2047);
     let mut client = Client::new();
     client.open(URI, &program);
     assert_eq!(client.codes(URI), [""; 0]);
@@ -156,14 +190,14 @@ fn a_full_memory_is_quick_at_every_key() {
         json!([{ "range": { "start": place, "end": place }, "text": text }])
     };
     for version in 2..102 {
-        client.change(URI, version, key(4095, 0, "X"));
+        client.change(URI, version, key(2046, 0, "X"));
     }
-    let hover = client.at("textDocument/hover", URI, 4094, 5);
+    let hover = client.at("textDocument/hover", URI, 2045, 5);
     assert!(hover["contents"]["value"].as_str().unwrap().contains("Maximum positioning speed"));
     let told = client.wait_for(|message| message["params"]["version"] == 101);
     let range = &told["params"]["diagnostics"][0]["range"];
-    assert_eq!(shown(range), "4095:0-4095:103");
-    // An hundredth of it would do on an idle machine.
+    assert_eq!(shown(range), "2046:0-2046:103");
+    // A hundredth of it would do on an idle machine.
     assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
 }
 

@@ -10,6 +10,10 @@ use crate::programs::Assembled;
 /// From how similar a name on it is worth proposing, on a scale of 0 to 1.
 const SIMILAR: f64 = 0.8;
 
+/// How many names are looked at, and how long a name may be; nobody misses a proposal beyond.
+const MAX_NAMES: usize = 4096;
+const MAX_LEN: usize = 64;
+
 /// What names and numbers of a line may mean.
 #[derive(Clone, Copy)]
 pub(super) struct Names<'a> {
@@ -119,8 +123,13 @@ pub(super) fn is_name(text: &str) -> bool {
 
 /// The nearest of these names as a question behind a message; nothing if none is near.
 pub(super) fn nearest<'a>(wanted: &str, names: impl Iterator<Item = &'a str>) -> String {
+    if wanted.len() > MAX_LEN {
+        return String::new();
+    }
     let wanted = wanted.to_ascii_lowercase();
     names
+        .take(MAX_NAMES)
+        .filter(|name| name.len() <= MAX_LEN)
         .map(|name| (strsim::jaro_winkler(&wanted, &name.to_ascii_lowercase()), name))
         .filter(|&(similarity, _)| similarity >= SIMILAR)
         .max_by(|(left, _), (right, _)| left.total_cmp(right))

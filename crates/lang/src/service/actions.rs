@@ -1,9 +1,9 @@
 //! What mends or silences a finding.
 
 use super::{Edit, Service};
-use crate::diagnostic::{Diagnostic, Location, Severity};
+use crate::diagnostic::{Diagnostic, Location};
 use crate::span::Span;
-use crate::tree::Line;
+use crate::tree::{Statement, Tree};
 
 /// A change that deals with a finding.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub struct Action {
     pub finding: usize,
 }
 
-/// With this word a comment silences findings of its line.
+/// With this word a comment begins that silences findings.
 const ALLOW: &str = "tmcl-allow:";
 
 impl Service<'_> {
@@ -33,7 +33,7 @@ impl Service<'_> {
         let mut actions = Vec::new();
         for (at, finding) in findings.iter().enumerate().filter(|(_, finding)| touches(finding)) {
             actions.extend(self.fix(at, finding));
-            if finding.severity() < Severity::Error {
+            if finding.code.can_be_silenced() {
                 actions.extend(self.silence(at, finding));
             }
         }
@@ -53,18 +53,38 @@ impl Service<'_> {
         Some(Action { title, edit, is_fix: true, finding: at })
     }
 
-    /// Writes at the end of the line that this finding is as it should be.
+    /// Writes in a comment that this finding is as it should be.
     fn silence(&self, at: usize, finding: &Diagnostic) -> Option<Action> {
         let file = finding.location.file;
         let tree = &self.assembly.file(file).tree;
-        let line: &Line = tree.lines().get(tree.line_at(finding.location.span.start))?;
-        let end = tree.line_span(line).end;
+        let line = tree.lines().get(tree.line_at(finding.location.span.start))?;
+        let span = tree.line_span(line);
         let code = finding.code.name();
-        let comment = tree.comment(line).map(|comment| tree.token_text(comment));
-        let has_list = comment.is_some_and(|comment| comment.contains(ALLOW));
-        let text = if has_list { format!(", {code}") } else { format!(" // {ALLOW} {code}") };
-        let location = Location { file, span: Span::new(end, end) };
+        let note = format!("// {ALLOW} {code}");
+        let (offset, text) = match tree.comment(line).map(|comment| tree.token_text(comment)) {
+            None => (span.end, format!(" {note}")),
+            Some(comment) if is_list(comment) => (span.end, format!(", {code}")),
+            // A comment on a line of its own is about the next statement.
+            Some(_) if line.statement != Statement::None => {
+                let text = span.of(tree.text());
+                let indent = &text[..text.len() - text.trim_start().len()];
+                (span.start, format!("{indent}{note}{}", line_end(tree)))
+            }
+            Some(_) => return None,
+        };
+        let location = Location { file, span: Span::new(offset, offset) };
         let title = format!("Allow {code} on this line");
         Some(Action { title, edit: Edit { location, text }, is_fix: false, finding: at })
     }
+}
+
+/// Whether a comment lists findings that are as they should be.
+fn is_list(comment: &str) -> bool {
+    let text = comment.trim_start_matches(['/', ';']).trim_start();
+    text.get(..ALLOW.len()).is_some_and(|key| key.eq_ignore_ascii_case(ALLOW))
+}
+
+/// What ends the lines of a text.
+fn line_end(tree: &Tree) -> &'static str {
+    if tree.text().contains("\r\n") { "\r\n" } else { "\n" }
 }

@@ -10,7 +10,7 @@ use super::describe::{command, command_markdown, is_usable};
 use super::hover::{base_name, shown};
 use super::{Service, keywords};
 use crate::builtin;
-use crate::diagnostic::{Code, FileId, Severity};
+use crate::diagnostic::{Code, FileId};
 use crate::expression::Function;
 use crate::span::Span;
 use crate::tree::Tree;
@@ -206,8 +206,8 @@ fn comment(list: &mut List, tree: &Tree, offset: u32) {
                 list.add(CompletionKind::Module, module.name, module.description);
             }
         }
-        key if key.ends_with("tmcl-allow") => {
-            for code in Code::ALL.iter().filter(|code| code.severity() < Severity::Error) {
+        "tmcl-allow" | "tmcl-allow-file" => {
+            for code in Code::ALL.iter().filter(|code| code.can_be_silenced()) {
                 list.add(CompletionKind::Finding, code.name(), code.severity().name());
                 list.document(code.explanation().to_owned());
             }

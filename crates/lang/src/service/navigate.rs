@@ -18,9 +18,7 @@ impl Service<'_> {
     /// Where the label, constant or included file at this offset is defined.
     pub fn definition(&self, file: FileId, offset: u32) -> Option<Location> {
         let (_, target) = self.target_at(file, offset)?;
-        let mut location = self.definition_of(&target)?;
-        location.file = self.first(location.file);
-        Some(location)
+        self.definition_of(&target)
     }
 
     /// Every place, in all files, that names what is at this offset.

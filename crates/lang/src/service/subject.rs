@@ -2,7 +2,7 @@
 
 use opentmcl_catalog::{Access, AxisParameter, GlobalParameter, Interrupt, Module, Port};
 use opentmcl_wire::Opcode;
-use opentmcl_wire::opcode::{Field, Form, Meaning};
+use opentmcl_wire::opcode::{Form, Meaning};
 
 use super::Service;
 use super::parts::form;
@@ -84,7 +84,7 @@ impl Service<'_> {
     /// What an operand gives a value to: of SAP, SGP and SIO the parameter or port that is set.
     pub(super) fn governed_by(&self, file: FileId, line: &Line, operand: usize) -> Option<Subject> {
         let meant = form(line)?.operands.get(operand)?;
-        let is_value = meant.field == Field::Value && meant.meaning == Meaning::Number;
+        let is_value = meant.meaning == Meaning::Number;
         let subject = self.subject(file, line, 0).filter(|_| is_value)?;
         (!matches!(subject, Subject::Interrupt(_))).then_some(subject)
     }

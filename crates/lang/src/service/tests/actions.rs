@@ -42,7 +42,11 @@ fn a_warning_is_silenced_on_its_line() {
         ("$0MST 0\nSTOP", "MST 0 // tmcl-allow: label-as-number\nSTOP"),
         ("$0MST 0\r\nSTOP", "MST 0 // tmcl-allow: label-as-number\r\nSTOP"),
         ("$0MST 0", "MST 0 // tmcl-allow: label-as-number"),
-        ("$0MST 0 // why\n", "MST 0 // why // tmcl-allow: label-as-number\n"),
+        ("$0MST 0 // why\n", "// tmcl-allow: label-as-number\nMST 0 // why\n"),
+        (
+            "$0  MST 0 // see tmcl-allow: x\r\n",
+            "  // tmcl-allow: label-as-number\r\n  MST 0 // see tmcl-allow: x\r\n",
+        ),
         ("$0MST 0 // tmcl-allow: other-one\n", "MST 0 // tmcl-allow: other-one, label-as-number\n"),
     ] {
         let [(action, after)] = &actions(text, label)[..] else { panic!() };

@@ -45,10 +45,14 @@ fn a_statement_begins_with_a_command_that_the_module_has() {
     {
         let mvp = proposed(text, "MVP");
         assert_eq!(mvp.kind, CompletionKind::Mnemonic);
-        assert_eq!(mvp.detail.as_deref(), Some("MVP <kind of move>, <motor>, <position>"));
-        // The firmware manual of the TMCM-6214 has neither STAP nor SAC.
+        assert_eq!(mvp.detail.as_deref(), Some("MVP <ABS|REL|COORD>, <motor>, <position>"));
+        // The firmware manual of the TMCM-6214 has neither STAP nor SAC, and UF0 is for customers'
+        // own firmware.
         let items = labels(text, CompletionKind::Mnemonic);
-        assert!(!items.iter().any(|item| item == "STAP" || item == "SAC"), "{text}");
+        assert!(
+            items.iter().all(|item| !["STAP", "SAC", "UF0"].contains(&item.as_str())),
+            "{text}"
+        );
     }
     assert_eq!(taken("A: mv$0 ABS", "MVP"), "A: MVP ABS");
     assert_eq!(taken("#inc$0", "#include"), "#include");
@@ -70,6 +74,7 @@ fn keywords_are_proposed_where_they_belong() {
     assert_eq!(labels("MVP A$0, 0, 1", CompletionKind::Keyword), ["ABS", "REL", "COORD"]);
     assert_eq!(labels("RFS $0", CompletionKind::Keyword), ["START", "STOP", "STATUS"]);
     assert_eq!(labels("MVP ABS, $0", CompletionKind::Keyword), [""; 0]);
+    assert_eq!(labels("X = 1\nMVP $0", CompletionKind::Constant), [""; 0]);
     let ticks = proposed("WAIT $0", "TICKS");
     assert_eq!(ticks.detail.as_deref(), Some("condition 0"));
     assert!(ticks.documentation.is_some());
@@ -98,6 +103,9 @@ fn the_constant_of_an_included_file_is_better_than_a_number() {
     assert_eq!(speed.insert, "APMaxPositioningSpeed");
     // Motor4 is 4 as well.
     assert_eq!(proposed(text, "max_acceleration").insert, "APMaxAcceleration");
+    // Of two, the one that is called as the parameter is.
+    let two = "#include a.inc\nSAP $0\n//- a.inc\nAPFast = 4\nAP_MAX_POSITIONING_SPEED = 4\n";
+    assert_eq!(proposed(two, "max_positioning_speed").insert, "AP_MAX_POSITIONING_SPEED");
     // Constants of the main file may mean anything.
     assert_eq!(proposed("AP_MINE = 4\nSAP $0", "max_positioning_speed").insert, "4");
     // Number 66 is the serial address in bank 0 and a user variable in bank 2.
@@ -115,6 +123,9 @@ fn only_parameters_that_the_command_may_touch_are_proposed() {
     assert!(is_proposed("GAP $0"));
     assert!(!is_proposed("SAP $0"));
     assert!(!is_proposed("AAP $0"));
+    // Of the global parameters only user variables are stored on request.
+    assert_eq!(labels("STGP $0, 2", CompletionKind::Parameter), ["user_variable"]);
+    assert_eq!(labels("STGP $0, 0", CompletionKind::Parameter), [""; 0]);
     // Encoders are on the axes 3, 4 and 5.
     let encoder = |text| complete(text).iter().any(|item| item.label == "encoder_position");
     assert!(encoder("GAP $0"));
@@ -126,6 +137,7 @@ fn only_parameters_that_the_command_may_touch_are_proposed() {
 fn the_bank_that_follows_chooses_among_global_parameters_and_ports() {
     // Number 66 of bank 0 is the serial address; bank 2 holds user variables.
     assert_eq!(taken("SGP $0, 0, 3", "serial_address"), "SGP 66, 0, 3");
+    assert_eq!(taken("SGP 6$0, 0, 3", "serial_address"), "SGP 66, 0, 3");
     assert_eq!(taken("SGP $0", "serial_address"), "SGP 66, 0");
     assert!(complete("SGP $0, 2, 3").iter().all(|item| item.label != "serial_address"));
     let banks = labels("GGP 66, $0", CompletionKind::Value);
@@ -176,6 +188,8 @@ fn nothing_is_proposed_where_nothing_can_stand() {
     nothing("MVP ABS, 0, 1 $0");
     nothing("MVP ABS, 0, 1, $0");
     nothing("STOP // MV$0");
+    nothing("STOP // the module: t$0");
+    nothing("STOP // see tmcl-allow: l$0");
     nothing("Lo$0: STOP");
     nothing("Spe$0 = 5");
     nothing("XYZ $0");
@@ -190,8 +204,8 @@ fn files_and_modules_are_proposed_by_their_names() {
     assert_eq!(taken("#include \"$0", "Interrupts.inc"), "#include \"Interrupts.inc");
     assert_eq!(taken("// module: t$0", "tmcm-6214"), "// module: tmcm-6214");
     assert_eq!(
-        taken("JA 1 // why tmcl-allow: lab$0", "label-as-number"),
-        "JA 1 // why tmcl-allow: label-as-number"
+        taken("JA 1 // tmcl-allow: a, lab$0", "label-as-number"),
+        "JA 1 // tmcl-allow: a, label-as-number"
     );
     // An error cannot be allowed.
     assert!(complete("JA 1 // tmcl-allow: $0").iter().all(|item| item.label != "unknown-label"));

@@ -23,7 +23,7 @@ fn says(text: &str, parts: &[&str]) {
 
 #[test]
 fn a_command_says_how_it_is_written_and_what_it_does() {
-    let usage = "MVP <kind of move>, <motor>, <position>";
+    let usage = "MVP <ABS|REL|COORD>, <motor>, <position>";
     says("M$0VP ABS, 0, 1000", &[usage, "Command 4", "Move an axis to a position"]);
     says("$04 0, 0, 1000", &[usage, "Command 4"]);
     says("J$0A 0", &["Command 22", "only in programs"]);
@@ -47,7 +47,9 @@ fn a_parameter_says_all_that_the_catalogue_knows() {
     says("EI $00", &["interrupt 0"]);
     says("GAP 20$09, 3", &["Only on the axes 3, 4, 5"]);
     // A speed in the chip's own unit has another range.
-    says("SAP $04, 0, 500", &["0..8388096 with unit mode 0"]);
+    says("SAP $04, 0, 500", &["; 0..8388096 with unit mode 0"]);
+    says("SAP $02, 0, 500", &["-8388096..8388096 with unit mode 0"]);
+    assert!(!hover("GAP -$04, 1").contains("axis parameter"));
     let without = Fixture::without_module("SAP $04, 0, 500");
     assert!(!hover_of(&without).unwrap().contains("positioning"));
 }
@@ -97,7 +99,10 @@ fn a_name_is_looked_for_as_the_assembler_does() {
     says(&format!("{both}MVP ABS, 0, $0X"), &["X = 500"]);
     // The argument of a function is a number even in an address.
     says(&format!("{both}JA ABS($0X)"), &["X = 500"]);
+    says(&format!("{both}JA ABS((1) + $0X)"), &["X = 500"]);
+    says(&format!("{both}JA ABS(SQRT(4) + $0X)"), &["X = 500"]);
     says(&format!("{both}JA ABS(1) + $0X"), &["Address 0"]);
+    says(&format!("{both}VECT ABS(1, $0X"), &["Address 0"]);
     says(&format!("{both}JA (1) + (2 * $0X)"), &["Address 0"]);
 }
 
