@@ -162,7 +162,7 @@ impl Parser {
         let start = self.tree.operands.len() as u32;
         while !self.ends_statement() {
             let first = self.kind();
-            let is_told = !begins_expression(first) && !is_sign(first) && first != TokenKind::Comma;
+            let is_told = !begins_expression(first) && !is_sign(first);
             let expression = self.expression();
             self.tree.operands.push(Operand { expression });
             match self.kind() {

@@ -220,7 +220,9 @@ fn the_vendors_names_are_built_in() {
 
 #[test]
 fn a_tree_loses_no_byte_of_its_text() {
-    for text in ["", "A:B: MVP ABS,0,(1//x\r\n\r#include  q ;\n=,:ü€ 0x\t\0", "\n\n;", "SAP 4"] {
+    for text in
+        ["", "A\r", "A:B: MVP ABS,0,(1//x\r\n\r#include  q ;\n=,:ü€ 0x\t\0", "\n\n;", "SAP 4"]
+    {
         let tree = Tree::parse(text);
         assert_eq!(tree.text(), text);
         let mut next = 0;

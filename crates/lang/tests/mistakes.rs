@@ -156,7 +156,9 @@ fn commas_stand_between_operands_and_nowhere_else() {
 
 #[test]
 fn a_comma_may_be_missing_in_front_of_any_operand() {
-    for (text, second) in [("ROR 0 Speed", "Speed"), ("ROR 0 (5)", "("), ("ROR 0 $F", "$F")] {
+    for (text, second) in
+        [("ROR 0 Speed", "Speed"), ("ROR 0 (5)", "("), ("ROR 0 $F", "$F"), ("ROR -0 5", "5")]
+    {
         let text = format!("Speed = 5\n{text}");
         let assembly = assembly(&text);
         let [finding] = &assembly.diagnostics[..] else {
@@ -392,6 +394,13 @@ fn parentheses_are_closed() {
         &[
             "2 | unexpected-text | \"2\" is not expected here | -",
             "X | unknown-constant | there is no constant X | a line X = value defines it",
+        ],
+    );
+    says(
+        "ROR (SQR(1), 5",
+        &[
+            "SQR | unknown-function | there is no function \"SQR\" | did you mean SQRT?",
+            " | unclosed-parenthesis | a parenthesis is not closed | write ) here",
         ],
     );
     says("SAP (1 2), 5", &["2 | unexpected-text | \"2\" is not expected here | -"]);
