@@ -334,6 +334,8 @@ mod tests {
         assert_eq!(tree.statement_span(&tree.lines()[1]), Span::new(end, end));
         let line = tree.line_span(&tree.lines()[0]);
         assert_eq!(line.of(text), "A: MST 0 \t// x");
+        let open = Tree::parse("A\nSTOP");
+        assert_eq!(open.line_span(&open.lines()[1]), Span::new(2, 6));
         let comments = tree.lines().iter().map(|line| Some(tree.token_text(tree.comment(line)?)));
         assert_eq!(
             comments.collect::<Vec<_>>(),
