@@ -201,9 +201,7 @@ impl<'a> Evaluator<'a> {
         let tree = self.files.tree(file);
         let name = tree.token_text(token);
         let location = Location { file, span: tree.token_span(token) };
-        if purpose == Purpose::Number
-            && let Some(address) = self.label(name)
-        {
+        if let Some(address) = self.label(name) {
             let message =
                 format!("{name} is a label; its address {address} is taken as the number");
             self.report(Diagnostic::new(Code::LabelAsNumber, location, message));

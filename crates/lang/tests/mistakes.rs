@@ -251,6 +251,8 @@ fn names_that_do_not_exist_are_told_with_the_nearest_one() {
         &["apmaxcurrent | unknown-constant | there is no constant apmaxcurrent | #include \
          TMCLParam.tmc defines it"],
     );
+    // On both sides of an operator.
+    assert_eq!(assembly("COMP Here + There").diagnostics.len(), 2);
     assert_eq!(mended("Speed = 5\nROR 0, Sped"), "Speed = 5\nROR 0, Speed");
     assert_eq!(mended("#include TMCLParm.tmc"), "#include TMCLParam.tmc");
 }
