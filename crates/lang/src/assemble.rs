@@ -11,10 +11,10 @@ use crate::include::{Found, Sources};
 use crate::names::{Names, Trees};
 use crate::parse::{MAX_DIAGNOSTICS, MAX_TEXT};
 use crate::suggest::nearest;
-use crate::tree::{ExpressionId, Statement, TokenId, Tree};
+use crate::tree::{ExpressionId, Line, Statement, TokenId, Tree};
 
-/// How many files a program may have, each counted as often as it is included: enough for any
-/// program, and an end for files that include each other twice.
+/// How many files a program may have, each counted as often as it is included, found or not: enough
+/// for any program, and an end for files that include each other twice.
 const MAX_FILES: usize = 256;
 
 /// What may be wanted differently.
@@ -43,6 +43,7 @@ pub fn assemble(
         sources,
         files: Vec::new(),
         including: Vec::new(),
+        includes_left: MAX_FILES - 1,
         text_left: MAX_TEXT,
         instructions: Vec::new(),
         labels: Names::default(),
@@ -61,6 +62,8 @@ struct Collector<'a> {
     files: Vec<File>,
     /// The files that are being read, each included by the one before.
     including: Vec<FileId>,
+    /// How many more files will be looked for.
+    includes_left: usize,
     /// How much more text will be taken.
     text_left: usize,
     instructions: Vec<Instruction>,
@@ -87,7 +90,10 @@ impl Collector<'_> {
         });
         let room = MAX_DIAGNOSTICS.saturating_sub(self.diagnostics.len());
         self.diagnostics.extend(found.take(room));
-        self.instructions.reserve(file.tree.lines().len());
+        let has_command = |line: &&Line| {
+            matches!(line.statement, Statement::Command { .. } | Statement::Numbered { .. })
+        };
+        self.instructions.reserve(file.tree.lines().iter().filter(has_command).count());
         self.files.push(file);
         self.including.push(id);
         for line in 0..self.files.tree(id).lines().len() {
@@ -162,6 +168,10 @@ impl Collector<'_> {
         };
         let location = Location { file, span: tree.token_span(argument) };
         let name = tree.include_name(argument).to_owned();
+        if self.includes_left == 0 {
+            return self.too_much(location);
+        }
+        self.includes_left -= 1;
         let from = self.files[usize::from(file.0)].name.clone();
         match self.sources.find(&name, &from) {
             Found::File { name: known_as, text } => {
@@ -178,6 +188,13 @@ impl Collector<'_> {
                 self.report(Diagnostic::new(Code::IncludeNotFound, location, message));
             }
         }
+    }
+
+    fn too_much(&mut self, location: Location) {
+        let message = format!(
+            "the program has more than {MAX_FILES} files or {MAX_TEXT} bytes with this one"
+        );
+        self.report(Diagnostic::new(Code::TooMuchText, location, message));
     }
 
     fn not_found(&mut self, location: Location, name: &str) {
@@ -210,11 +227,8 @@ impl Collector<'_> {
                     .help("remove this line, or move what both need into a file of its own"),
             );
         }
-        if self.files.len() >= MAX_FILES || text.len() > self.text_left {
-            let message = format!(
-                "the program has more than {MAX_FILES} files or {MAX_TEXT} bytes with this one"
-            );
-            return self.report(Diagnostic::new(Code::TooMuchText, location, message));
+        if text.len() > self.text_left {
+            return self.too_much(location);
         }
         let included_at = Some(place);
         self.add(File { name: name.into(), built_in, included_at, tree: Tree::parse(text) });

@@ -9,7 +9,7 @@ use crate::tree::{ExpressionId, ExpressionKind, TokenId};
 
 /// How deep constants and parentheses together may lead: enough for any person, and little enough for
 /// any stack.
-const MAX_DEPTH: u32 = 400;
+const MAX_DEPTH: u32 = 800;
 
 /// How many unknown names get a proposal: looking for one compares with every name there is.
 const MAX_PROPOSALS: u32 = 50;
@@ -58,7 +58,7 @@ pub(crate) struct Evaluator<'a> {
     pub(crate) labels: &'a Names<u32>,
     pub(crate) constants: &'a mut Names<Constant>,
     pub(crate) diagnostics: &'a mut Vec<Diagnostic>,
-    pub(crate) proposals: u32,
+    proposals: u32,
     depth: u32,
 }
 
@@ -72,8 +72,13 @@ impl<'a> Evaluator<'a> {
         Self { files, labels, constants, diagnostics, proposals: 0, depth: 0 }
     }
 
+    /// Whether a further finding would be told.
+    pub(crate) fn has_room(&self) -> bool {
+        self.diagnostics.len() < MAX_DIAGNOSTICS
+    }
+
     pub(crate) fn report(&mut self, diagnostic: Diagnostic) {
-        if self.diagnostics.len() < MAX_DIAGNOSTICS {
+        if self.has_room() {
             self.diagnostics.push(diagnostic);
         }
     }
@@ -92,19 +97,27 @@ impl<'a> Evaluator<'a> {
             ExpressionKind::Name => self.name(file, expression.first, purpose),
             ExpressionKind::Error => None,
             _ => {
-                if self.depth == MAX_DEPTH {
-                    let span = tree.expression_span(id);
-                    let message = "the value depends on others more deeply than can be followed";
-                    let location = Location { file, span };
-                    self.report(Diagnostic::new(Code::NestedTooDeeply, location, message));
-                    return None;
-                }
-                self.depth += 1;
-                let value = self.compute(file, id, purpose);
-                self.depth -= 1;
-                value
+                let location = Location { file, span: tree.expression_span(id) };
+                self.deeper(location, |evaluator| evaluator.compute(file, id, purpose))
             }
         }
+    }
+
+    /// What is computed one step deeper; `None` if that would be too deep, which is then told.
+    fn deeper(
+        &mut self,
+        location: Location,
+        compute: impl FnOnce(&mut Self) -> Option<f64>,
+    ) -> Option<f64> {
+        if self.depth == MAX_DEPTH {
+            let message = "the value depends on others more deeply than can be followed";
+            self.report(Diagnostic::new(Code::NestedTooDeeply, location, message));
+            return None;
+        }
+        self.depth += 1;
+        let value = compute(self);
+        self.depth -= 1;
+        value
     }
 
     fn compute(&mut self, file: FileId, id: ExpressionId, purpose: Purpose) -> Option<f64> {
@@ -188,9 +201,7 @@ impl<'a> Evaluator<'a> {
         let tree = self.files.tree(file);
         let name = tree.token_text(token);
         let location = Location { file, span: tree.token_span(token) };
-        if purpose == Purpose::Number
-            && let Some(address) = self.label(name)
-        {
+        if let Some(address) = self.label(name) {
             let message =
                 format!("{name} is a label; its address {address} is taken as the number");
             self.report(Diagnostic::new(Code::LabelAsNumber, location, message));
@@ -245,15 +256,15 @@ impl<'a> Evaluator<'a> {
     pub(crate) fn constant(&mut self, at: usize, user: Option<Location>) -> Option<f64> {
         let entry = self.constants.entries().get(at)?;
         let (file, token, expression) = (entry.file, entry.token, entry.meaning.expression);
+        let tree = self.files.tree(file);
+        let definition = Location { file, span: tree.token_span(token) };
+        let location = user.unwrap_or(definition);
         match entry.meaning.state {
             State::Known(value) => return Some(value),
             State::Failed => return None,
             State::Busy => {
-                let tree = self.files.tree(file);
-                let definition = Location { file, span: tree.token_span(token) };
                 let name = tree.token_text(token);
                 let message = format!("the value of {name} depends on itself");
-                let location = user.unwrap_or(definition);
                 self.report(
                     Diagnostic::new(Code::CircularConstant, location, message)
                         .related(definition, format!("{name} is defined here")),
@@ -262,10 +273,12 @@ impl<'a> Evaluator<'a> {
             }
             State::New => {}
         }
-        self.set_state(at, State::Busy);
-        let value = self.value(file, expression, Purpose::Number);
-        self.set_state(at, value.map_or(State::Failed, State::Known));
-        value
+        self.deeper(location, |evaluator| {
+            evaluator.set_state(at, State::Busy);
+            let value = evaluator.value(file, expression, Purpose::Number);
+            evaluator.set_state(at, value.map_or(State::Failed, State::Known));
+            value
+        })
     }
 
     fn set_state(&mut self, at: usize, state: State) {

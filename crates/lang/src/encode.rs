@@ -101,11 +101,13 @@ impl<'a> Encoder<'a> {
     }
 
     fn unknown_command(&mut self, file: FileId, tree: &Tree, token: TokenId) {
+        if !self.evaluator.has_room() {
+            return;
+        }
         let name = tree.token_text(token);
         let location = Location { file, span: tree.token_span(token) };
         let message = format!("there is no command {name}");
         let diagnostic = Diagnostic::new(Code::UnknownCommand, location, message);
-        self.evaluator.proposals += 1;
         self.evaluator.report(match mnemonic::probably(name) {
             Some(near) => diagnostic.help(format!("did you mean {near}?")).replace_with(near),
             None => diagnostic.help(
@@ -256,14 +258,13 @@ impl<'a> Encoder<'a> {
             });
             return true;
         }
-        let belongs_to = |form: &&Form| {
+        let has_word = |form: &Form| {
             form.operands.iter().any(|operand| {
                 operand.words.iter().any(|(word, _)| word.eq_ignore_ascii_case(name))
             })
         };
         let is_label = self.evaluator.labels.find(name, self.evaluator.files).is_some();
-        let own = form.filter(belongs_to);
-        if is_label || own.or_else(|| FORMS.iter().find(belongs_to)).is_none() {
+        if is_label || !FORMS.iter().any(has_word) {
             return false;
         }
         let message =

@@ -71,6 +71,11 @@ mod tests {
         assert_eq!(encoding, Encoding::Windows1252);
         assert_eq!(encode(&text, encoding), Some(all));
 
+        // What looks like a mark belongs to the text when the rest is not UTF-8.
+        let bytes = b"\xEF\xBB\xBF\xAE";
+        let (text, encoding) = decode(bytes);
+        assert_eq!(encode(&text, encoding).as_deref(), Some(&bytes[..]));
+
         let marked = b"\xEF\xBB\xBFMST 0 // \xC2\xB5";
         let (text, encoding) = decode(marked);
         assert_eq!((text.as_str(), encoding), ("MST 0 // µ", Encoding::Utf8WithMark));
@@ -88,5 +93,7 @@ mod tests {
     #[test]
     fn a_character_that_the_encoding_lacks_is_not_replaced() {
         assert_eq!(encode("→", Encoding::Windows1252), None);
+        // $80 is the euro sign, and no control character any more.
+        assert_eq!(encode("\u{80}", Encoding::Windows1252), None);
     }
 }

@@ -101,15 +101,29 @@ mod tests {
             assert_eq!(find(form.mnemonic), Some(form));
             assert_eq!(find(&form.mnemonic.to_lowercase()), Some(form));
         }
-        for name in ["", "RET", "CALCVVV", "CALCULATE", "M\u{FC}P"] {
+        // Neither what ends nor what begins as one does, even where a key would hold no more letters.
+        for name in ["", "RET", "CALCVVV", "CALCULATE", "ABCDEMST", "ABCDEFGHIMST", "M\u{FC}P"] {
             assert_eq!(find(name), None, "{name}");
         }
     }
 
     #[test]
     fn habits_from_other_languages_are_known() {
-        assert_eq!(probably("ret"), Some("RSUB"));
-        assert_eq!(probably("goto"), Some("JA"));
+        for (others, ours) in [
+            ("ret return rts", "RSUB"),
+            ("iret", "RETI"),
+            ("gosub jsr", "CSUB"),
+            ("goto jmp jump", "JA"),
+            ("cmp", "COMP"),
+            ("end halt", "STOP"),
+            ("delay sleep", "WAIT"),
+            ("move", "MVP"),
+            ("home", "RFS"),
+        ] {
+            for other in others.split(' ') {
+                assert_eq!(probably(other), Some(ours), "{other}");
+            }
+        }
         assert_eq!(probably("WIAT"), Some("WAIT"));
         assert_eq!(probably("XYZZY"), None);
     }

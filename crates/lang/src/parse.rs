@@ -15,9 +15,9 @@ use crate::tree::{
 /// How many findings of one file are told.
 pub(crate) const MAX_DIAGNOSTICS: usize = 1000;
 
-/// The longest text that is read, in bytes. The longest program that a module can hold is a
-/// thousandth of it.
-pub const MAX_TEXT: usize = 64 << 20;
+/// The longest text that is read, in bytes. The longest program that a module can hold is a hundredth
+/// of it. A text of nothing but short lines takes some sixty times its length in memory.
+pub const MAX_TEXT: usize = 8 << 20;
 
 pub(crate) fn parse(text: String) -> Tree {
     let mut tree = Tree {
@@ -36,7 +36,8 @@ pub(crate) fn parse(text: String) -> Tree {
         tree.text = String::new();
     }
     tree.tokens = tokens(&tree.text);
-    tree.lines.reserve(tree.tokens.len() / 6);
+    let ends = tree.tokens.iter().filter(|token| token.kind == TokenKind::Newline).count();
+    tree.lines.reserve_exact(ends + 1);
     tree.operands.reserve(tree.tokens.len() / 4);
     tree.expressions.reserve(tree.tokens.len() / 4);
     let mut parser = Parser { tree, at: 0, depth: 0 };
@@ -130,8 +131,7 @@ impl Parser {
             }
             TokenKind::Name => self.command(),
             TokenKind::Number => {
-                let number = self.take();
-                Statement::Numbered { number, operands: self.operands(number) }
+                Statement::Numbered { number: self.take(), operands: self.operands() }
             }
             TokenKind::Directive => {
                 let directive = self.take();
@@ -155,12 +155,14 @@ impl Parser {
             );
             self.take();
         }
-        Statement::Command { mnemonic, form, operands: self.operands(mnemonic) }
+        Statement::Command { mnemonic, form, operands: self.operands() }
     }
 
-    fn operands(&mut self, head: TokenId) -> OperandRange {
+    fn operands(&mut self) -> OperandRange {
         let start = self.tree.operands.len() as u32;
         while !self.ends_statement() {
+            let first = self.kind();
+            let is_told = !begins_expression(first) && !is_sign(first);
             let expression = self.expression();
             self.tree.operands.push(Operand { expression });
             match self.kind() {
@@ -172,26 +174,26 @@ impl Parser {
                     }
                 }
                 _ if self.ends_statement() => {}
+                _ if is_told => self.pass_comma(),
                 kind if begins_expression(kind) => {
                     let between = self.tree.token_span(self.id());
-                    let message = format!(
-                        "a comma is missing between two operands of {}",
-                        self.text_of(head)
-                    );
+                    let message = "a comma is missing between two operands";
                     self.report(
                         Diagnostic::new(Code::MissingComma, at(between), message)
                             .help("operands stand apart from each other by commas"),
                     );
                 }
-                _ => self.unexpected_up_to_comma(),
+                _ => {
+                    self.unexpected();
+                    self.pass_comma();
+                }
             }
         }
         OperandRange { start, end: self.tree.operands.len() as u32 }
     }
 
     /// Passes over what an operand cannot hold, and the comma behind it.
-    fn unexpected_up_to_comma(&mut self) {
-        self.unexpected();
+    fn pass_comma(&mut self) {
         while !self.ends_statement() && self.kind() != TokenKind::Comma {
             self.take();
         }
@@ -212,6 +214,9 @@ impl Parser {
             return;
         }
         match statement {
+            // Text that was not understood has been told already.
+            &Statement::Constant { value, .. }
+                if self.tree.expression(value).kind == ExpressionKind::Error => {}
             Statement::Constant { .. } if begins_expression(self.kind()) => {
                 let location = at(self.tree.token_span(self.id()));
                 let message = "a constant has one value; an operator is missing here";
@@ -253,8 +258,13 @@ impl Parser {
         });
     }
 
+    /// Whether a further finding would be told.
+    fn has_room(&self) -> bool {
+        self.tree.diagnostics.len() < MAX_DIAGNOSTICS
+    }
+
     fn report(&mut self, diagnostic: Diagnostic) {
-        if self.tree.diagnostics.len() < MAX_DIAGNOSTICS {
+        if self.has_room() {
             self.tree.diagnostics.push(diagnostic);
         }
     }
@@ -273,12 +283,17 @@ impl Parser {
 
     /// The place just behind the last token that shows something.
     fn empty_span(&self) -> Span {
-        let mut at = self.at as usize;
-        while at > 0 && self.tree.tokens[at - 1].kind == TokenKind::Blank {
-            at -= 1;
-        }
-        let start = self.tree.tokens[at].start;
+        let TokenId(behind) = self.without_blanks(self.id());
+        let start = self.tree.tokens[behind as usize].start;
         Span::new(start, start)
+    }
+
+    /// The first of the blanks in front of a token, or the token itself.
+    fn without_blanks(&self, TokenId(mut token): TokenId) -> TokenId {
+        while token > 0 && self.tree.kind(TokenId(token - 1)) == TokenKind::Blank {
+            token -= 1;
+        }
+        TokenId(token)
     }
 }
 
@@ -287,7 +302,11 @@ fn at(span: Span) -> Location {
     Location { file: FileId(0), span }
 }
 
+/// Whether an expression begins with this token; behind another expression a sign is an operator.
 fn begins_expression(kind: TokenKind) -> bool {
-    use TokenKind::{Minus, Name, Number, Open, Plus};
-    matches!(kind, Name | Number | Open | Minus | Plus)
+    matches!(kind, TokenKind::Name | TokenKind::Number | TokenKind::Open)
+}
+
+fn is_sign(kind: TokenKind) -> bool {
+    matches!(kind, TokenKind::Plus | TokenKind::Minus)
 }

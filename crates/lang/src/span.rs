@@ -143,6 +143,15 @@ mod tests {
     }
 
     #[test]
+    fn a_line_begins_behind_the_end_of_the_one_before() {
+        let text = "ab\ncd";
+        let index = LineIndex::new(text);
+        let unit = ColumnUnit::Characters;
+        assert_eq!(index.position(text, 2, unit), Position { line: 0, column: 2 });
+        assert_eq!(index.position(text, 3, unit), Position { line: 1, column: 0 });
+    }
+
+    #[test]
     fn a_column_beyond_the_line_is_its_end() {
         let text = "ab\r\ncd";
         let index = LineIndex::new(text);

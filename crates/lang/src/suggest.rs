@@ -45,5 +45,27 @@ mod tests {
         assert_eq!(nearest("GPP", ["GAP", "MVP", "GGP"]), Some("GGP"));
         assert_eq!(nearest("xJA", ["JC", "JA"]), Some("JA"));
         assert_eq!(nearest("X", ["Y"]), None);
+        // A name of one letter is another one with any letter more or less.
+        assert_eq!(nearest("X", ["YX"]), None);
+        assert_eq!(nearest("YX", ["X"]), None);
+    }
+
+    #[test]
+    fn the_nearest_of_several_is_proposed() {
+        assert_eq!(nearest("Speed1", ["Speed12", "Speed22", "Speed333"]), Some("Speed12"));
+        assert_eq!(
+            nearest("MaxSpeed", ["MinSpeed", "MaxSpeeds", "MaxSpeedValue"]),
+            Some("MaxSpeeds")
+        );
+        // Half of a long name has been forgotten, but not more than four letters.
+        assert_eq!(nearest("Position", ["PositionLeft"]), Some("PositionLeft"));
+        assert_eq!(nearest("Position", ["PositionRight"]), None);
+    }
+
+    #[test]
+    fn a_name_longer_than_any_person_writes_is_not_compared() {
+        let (name, longer) = ("x".repeat(64), "x".repeat(65));
+        assert_eq!(nearest(&name, [longer.as_str()]), Some(longer.as_str()));
+        assert_eq!(nearest(&longer, [name.as_str()]), None);
     }
 }

@@ -198,7 +198,6 @@ impl Lexer<'_> {
             }
         }
         self.at += length;
-        self.argument = false;
         TokenKind::Argument
     }
 
@@ -323,6 +322,37 @@ mod tests {
         reads(".5", &[(Number, ".5")]);
         reads("0x1E-2", &[(Number, "0x1E"), (Minus, "-"), (Number, "2")]);
         reads("$1E-2", &[(Number, "$1E"), (Minus, "-"), (Number, "2")]);
+        reads("0X1E-2", &[(Number, "0X1E"), (Minus, "-"), (Number, "2")]);
+        reads("1x2.5", &[(Number, "1x2.5")]);
+        // Whether one is hexadecimal is no matter of the others.
+        reads("0x1 1.5", &[(Number, "0x1"), (Blank, " "), (Number, "1.5")]);
+        reads(
+            "1 0x1E-2",
+            &[(Number, "1"), (Blank, " "), (Number, "0x1E"), (Minus, "-"), (Number, "2")],
+        );
+    }
+
+    #[test]
+    fn an_exponent_has_a_sign_only_in_front_of_a_digit() {
+        reads("1e+3", &[(Number, "1e+3")]);
+        reads("1E-3", &[(Number, "1E-3")]);
+        reads("1e*2", &[(Number, "1e"), (Star, "*"), (Number, "2")]);
+        reads("1e-x", &[(Number, "1e"), (Minus, "-"), (Name, "x")]);
+    }
+
+    #[test]
+    fn what_has_no_meaning_is_unknown_character_by_character() {
+        reads(".x", &[(Unknown, "."), (Name, "x")]);
+        // The neighbours of the letters, and what no name begins with.
+        for text in ["!", "@", "[", "`", "{", "?", "'", "\"", "\\", "\0", "\u{7F}", "²", "→"] {
+            reads(&text.repeat(2), &[(Unknown, text), (Unknown, text)]);
+        }
+    }
+
+    #[test]
+    fn whatever_shows_nothing_is_blank() {
+        reads("A \t\x0B\x0C B", &[(Name, "A"), (Blank, " \t\x0B\x0C "), (Name, "B")]);
+        reads("\u{FEFF}A", &[(Blank, "\u{FEFF}"), (Name, "A")]);
     }
 
     #[test]
@@ -340,11 +370,26 @@ mod tests {
             ],
         );
         reads("#include\nA", &[(Directive, "#include"), (Newline, "\n"), (Name, "A")]);
+        reads("#a\r\nA", &[(Directive, "#a"), (Newline, "\r\n"), (Name, "A")]);
+        reads(
+            "#a b\rA",
+            &[(Directive, "#a"), (Blank, " "), (Argument, "b"), (Newline, "\r"), (Name, "A")],
+        );
+    }
+
+    #[test]
+    fn a_path_may_have_slashes_and_a_comment_may_touch_it() {
+        reads("#a /b/c;x", &[(Directive, "#a"), (Blank, " "), (Argument, "/b/c"), (Comment, ";x")]);
+        reads("#a b//x", &[(Directive, "#a"), (Blank, " "), (Argument, "b"), (Comment, "//x")]);
+        reads("#a ;x", &[(Directive, "#a"), (Blank, " "), (Comment, ";x")]);
+        reads("#a //x", &[(Directive, "#a"), (Blank, " "), (Comment, "//x")]);
+        reads("#a /", &[(Directive, "#a"), (Blank, " "), (Argument, "/")]);
     }
 
     #[test]
     fn letters_of_other_languages_belong_to_names() {
         reads("Zähler_1:", &[(Name, "Zähler_1"), (Colon, ":")]);
+        reads("Länge²", &[(Name, "Länge²")]);
         reads("Ä\u{A0}€", &[(Name, "Ä"), (Blank, "\u{A0}"), (Unknown, "€")]);
     }
 

@@ -236,7 +236,7 @@ impl Tree {
 
     /// Where a line is, without what ends it.
     pub fn line_span(&self, line: &Line) -> Span {
-        let end = line.tokens.end.saturating_sub(1).max(line.tokens.start);
+        let end = line.tokens.end.saturating_sub(1);
         let last = self.token_span(TokenId(end));
         let end = if self.kind(TokenId(end)) == TokenKind::Newline { last.start } else { last.end };
         Span::new(self.token_span(TokenId(line.tokens.start)).start, end)
@@ -256,8 +256,8 @@ impl Tree {
             | Statement::Numbered { number: first, .. } => first,
         };
         let shows = |&token: &TokenId| {
-            use TokenKind::{Blank, Comment, End, Newline};
-            !matches!(self.kind(token), Blank | Comment | End | Newline)
+            use TokenKind::{Blank, Comment, Newline};
+            !matches!(self.kind(token), Blank | Comment | Newline)
         };
         let last = line.tokens.clone().rev().map(TokenId).find(shows).unwrap_or(first);
         Span::new(self.token_span(first).start, self.token_span(last).end)
@@ -281,4 +281,99 @@ impl Tree {
 
 fn slice<T>(all: &[T], start: u32, end: u32) -> &[T] {
     all.get(start as usize..end as usize).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn operands(text: &str, expected: &[&str]) {
+        let tree = Tree::parse(text);
+        let of = |operand: &Operand| tree.expression_span(operand.expression).of(text);
+        let found: Vec<_> = tree.operands_of(&tree.lines()[0]).iter().map(of).collect();
+        assert_eq!(found, expected, "{text}");
+    }
+
+    #[test]
+    fn the_place_of_an_operand_is_all_that_is_written_of_it() {
+        operands("SAP 4, (1+2)*3 , SIN( x )//y", &["4", "(1+2)*3", "SIN( x )"]);
+        operands("COMP 2 ^ - 3", &["2 ^ - 3"]);
+        operands("COMP - - 3", &["- - 3"]);
+        operands("200 1, x-1", &["1", "x-1"]);
+    }
+
+    #[test]
+    fn the_place_of_a_damaged_operand_does_not_reach_beyond_it() {
+        operands("SAP 4,, 5", &["4", "", "5"]);
+        operands("SAP 4, 1+, 5", &["4", "1+", "5"]);
+        operands("SAP 4, (1, 5", &["4", "(1", "5"]);
+        operands("SAP 4, 2*(, 5", &["4", "2*(", "5"]);
+        operands("SAP 4, 2^-, 5", &["4", "2^-", "5"]);
+        operands("SAP 4, 1 + \u{A0} // x", &["4", "1 +"]);
+        operands("SAP 4, ( ", &["4", "("]);
+    }
+
+    #[test]
+    fn a_missing_operand_is_where_it_should_be() {
+        let text = "SAP 4, , 5";
+        let tree = Tree::parse(text);
+        let missing = tree.operands_of(&tree.lines()[0])[1];
+        assert_eq!(tree.expression_span(missing.expression), Span::new(7, 7));
+    }
+
+    #[test]
+    fn a_statement_has_neither_labels_nor_comments() {
+        let text = "A: MST 0 \t// x\r\nB: // y\n C = 1 + 2 \n#include d ;e\n  200 1\n";
+        let tree = Tree::parse(text);
+        let statements = tree.lines().iter().map(|line| tree.statement_span(line).of(text));
+        let expected = ["MST 0", "", "C = 1 + 2", "#include d", "200 1"];
+        assert_eq!(statements.collect::<Vec<_>>(), expected);
+        // Where none is, one would be written at the end of the line.
+        let end = text.find("// y").unwrap() as u32 + 4;
+        assert_eq!(tree.statement_span(&tree.lines()[1]), Span::new(end, end));
+        let line = tree.line_span(&tree.lines()[0]);
+        assert_eq!(line.of(text), "A: MST 0 \t// x");
+        let open = Tree::parse("A\nSTOP");
+        assert_eq!(open.line_span(&open.lines()[1]), Span::new(2, 6));
+        let comments = tree.lines().iter().map(|line| Some(tree.token_text(tree.comment(line)?)));
+        assert_eq!(
+            comments.collect::<Vec<_>>(),
+            [Some("// x"), Some("// y"), None, Some(";e"), None]
+        );
+    }
+
+    #[test]
+    fn an_offset_belongs_to_the_line_that_it_is_on() {
+        let tree = Tree::parse("ab\ncd\n");
+        let lines: Vec<_> = (0..8).map(|offset| tree.line_at(offset)).collect();
+        // The end of a line belongs to it; behind the last one there is no further line.
+        assert_eq!(lines, [0, 0, 0, 1, 1, 1, 1, 1]);
+    }
+
+    #[test]
+    fn the_name_of_an_included_file_is_free_of_quotes_and_blanks() {
+        for text in ["#include a b.tmc", "#include < a b.tmc >", "#include \" a b.tmc\" // x"] {
+            let tree = Tree::parse(text);
+            let Statement::Include { argument: Some(argument), .. } = tree.lines()[0].statement
+            else {
+                panic!("{text}")
+            };
+            assert_eq!(tree.include_name(argument), "a b.tmc", "{text}");
+        }
+    }
+
+    #[test]
+    fn a_text_that_is_too_long_is_not_read() {
+        let full = Tree::parse(" ".repeat(crate::MAX_TEXT));
+        assert_eq!((full.text().len(), full.diagnostics().len()), (crate::MAX_TEXT, 0));
+        let too_long = Tree::parse(" ".repeat(crate::MAX_TEXT + 1));
+        assert_eq!((too_long.text(), too_long.diagnostics().len()), ("", 1));
+        assert_eq!(too_long.diagnostics()[0].code, crate::Code::TooMuchText);
+    }
+
+    #[test]
+    fn a_tree_tells_no_more_than_a_thousand_findings() {
+        assert_eq!(Tree::parse("= 5\n".repeat(2000)).diagnostics().len(), 1000);
+    }
 }

@@ -87,6 +87,20 @@ fn a_label_and_a_constant_may_have_the_same_name() {
 #[test]
 fn a_command_may_be_written_by_its_number() {
     assert_eq!(commands("200 1, $FF, -3\n1 0, 2, 100"), ["200 1, 255, -3", "ROR 2, 100"]);
+    assert_eq!(commands("255 0, 0, 0\n$C8 1, 2, 3"), ["255 0, 0, 0", "200 1, 2, 3"]);
+}
+
+#[test]
+fn an_operand_that_means_nothing_may_be_left_out_or_written() {
+    // The manual writes CALC NOT with a value that is not looked at, and GCO with one that is not there.
+    assert_eq!(commands("calc not\nCALC NOT, 0"), ["CALC NOT, 0", "CALC NOT, 0"]);
+    assert_eq!(commands("GCO 0, 255, 0\nGCO 0, 255"), ["GCO 0, 255", "GCO 0, 255"]);
+}
+
+#[test]
+fn addresses_may_be_computed() {
+    let text = "MST 0\nLoop: JA Loop+1\nJA 1 + Loop\nJA (Loop)\nJA -(-Loop)\nJA 2*Loop";
+    assert_eq!(commands(text)[1..], ["JA 2", "JA 2", "JA 1", "JA 1", "JA 2"]);
 }
 
 #[test]
@@ -104,6 +118,10 @@ fn operators_have_the_ranks_of_basic() {
         ("+5 - -5", 10),
         ("- 5", -5),
         ("3*1000", 3000),
+        ("2^+3", 8),
+        // The sign of an exponent is the exponent's alone: (2^-1)^2 * 8.
+        ("2^-1^2*8", 2),
+        ("-7-2*-3", -1),
     ] {
         assert_eq!(value(expression), expected, "{expression}");
     }
@@ -158,6 +176,24 @@ fn constants_may_depend_on_each_other_over_many_lines() {
 }
 
 #[test]
+fn constants_may_depend_on_later_ones_over_many_lines() {
+    let mut text = String::new();
+    for at in 0..300 {
+        text += &format!("C{at} = C{} + 1\n", at + 1);
+    }
+    assert_eq!(commands(&(text + "C300 = 0\nCOMP C0")), ["COMP 300"]);
+}
+
+#[test]
+fn parentheses_and_signs_may_be_a_hundred_deep() {
+    let nested = |depth| format!("{}7{}", "(".repeat(depth), ")".repeat(depth));
+    assert_eq!(value(&nested(100)), 7);
+    assert_eq!(value(&format!("{}7", "-".repeat(100))), 7);
+    // As often as anybody likes.
+    assert_eq!(commands(&"COMP (1)\n".repeat(200)).len(), 200);
+}
+
+#[test]
 fn stop_is_appended_unless_it_is_there() {
     let with_stop = |text: &str| {
         let assembly = assemble("main.tmc", text, &mut BuiltInOnly, Options::default());
@@ -166,6 +202,8 @@ fn stop_is_appended_unless_it_is_there() {
     assert_eq!(with_stop("MST 0"), ["MST 0", "STOP"]);
     assert_eq!(with_stop("MST 0\nSTOP // end"), ["MST 0", "STOP"]);
     assert_eq!(with_stop(""), ["STOP"]);
+    // STOP by its number, whatever stands in the fields that it does not look at.
+    assert_eq!(with_stop("28 0, 0, 5").len(), 1);
 }
 
 #[test]
@@ -182,7 +220,9 @@ fn the_vendors_names_are_built_in() {
 
 #[test]
 fn a_tree_loses_no_byte_of_its_text() {
-    for text in ["", "A:B: MVP ABS,0,(1//x\r\n\r#include  q ;\n=,:ü€ 0x\t\0", "\n\n;", "SAP 4"] {
+    for text in
+        ["", "A\r", "A:B: MVP ABS,0,(1//x\r\n\r#include  q ;\n=,:ü€ 0x\t\0", "\n\n;", "SAP 4"]
+    {
         let tree = Tree::parse(text);
         assert_eq!(tree.text(), text);
         let mut next = 0;
@@ -208,8 +248,56 @@ fn every_module_has_an_include_file_of_its_names() {
         }
         assert!(opentmcl_lang::builtin::names().any(|name| name == file));
     }
+    assert_eq!(commands("#INCLUDE tmcm-6214.inc\nEI TI_TIMER0"), ["EI 0"]);
     let text = "#include TMCM-6214.inc\n#include TMCLParam.tmc\n#include Interrupts.inc\n\
                 SAP APMaxPositioningSpeed, Motor2, 5\nGIO IOSupplyVoltage, 1\nSGP GPAutoStart, 0, 1\n\
                 EI TI_POSITION_REACHED5";
     assert_eq!(commands(text), ["SAP 4, 2, 5", "GIO 8, 1", "SGP 77, 0, 1", "EI 8"]);
+}
+
+#[test]
+fn the_include_file_of_a_module_says_what_its_names_are() {
+    let (name, text) = opentmcl_lang::builtin::file("TMCM-6214.INC").unwrap();
+    assert_eq!(name, "tmcm-6214.inc");
+    let headings: Vec<_> = text.lines().filter(|line| line.starts_with("//")).collect();
+    // The manual of firmware V1.16: global parameters in banks 0 and 3 have names, those in bank 2
+    // are user variables; inputs are in banks 0 and 1, outputs in bank 2.
+    let expected = [
+        "// Names for the TMCM-6214, firmware V1.16.",
+        "// Axis parameters",
+        "// Global parameters in bank 0",
+        "// Global parameters in bank 3",
+        "// Inputs and outputs in bank 0",
+        "// Inputs and outputs in bank 1",
+        "// Inputs and outputs in bank 2",
+        "// Interrupts",
+    ];
+    assert_eq!(headings, expected);
+    for heading in &expected[1..] {
+        assert!(text.contains(&format!("\n\n{heading}\n")), "{heading}");
+    }
+    let line = |name: &str| {
+        let begins = |line: &&str| line.split_once(" = ").is_some_and(|(known, _)| known == name);
+        text.lines().find(begins).unwrap_or_default()
+    };
+    for (name, number, unit) in [
+        ("APTargetPosition", "0", "[microsteps]"),
+        ("APMaxPositioningSpeed", "4", "[pps]"),
+        ("APMaxAcceleration", "5", "[pps²]"),
+        ("GPAutoStart", "77", ""),
+        ("TI_TIMER0", "0", ""),
+    ] {
+        let line = line(name);
+        assert!(line.starts_with(&format!("{name} = {number} ")), "{name}: {line}");
+        assert_eq!(
+            line.split_once(" [").map_or("", |(_, unit)| unit),
+            unit.trim_start_matches('[')
+        );
+    }
+    // A supply voltage is no bare number.
+    assert!(line("IOSupplyVoltage").ends_with(']'), "{}", line("IOSupplyVoltage"));
+    let mut names: Vec<_> = text.lines().filter_map(|line| line.split_once(" = ")).collect();
+    let count = names.len();
+    names.dedup();
+    assert_eq!(names.len(), count);
 }

@@ -140,7 +140,7 @@ impl Parser {
         let first = self.take();
         let name = self.text_of(first);
         let function = Function::find(name);
-        if function.is_none() {
+        if function.is_none() && self.has_room() {
             let names = Function::ALL.iter().map(|function| function.name());
             let near = nearest(name, names).map(str::to_owned);
             let message = format!("there is no function {name:?}");
@@ -173,6 +173,10 @@ impl Parser {
             return self.push(kind(inner), first, last);
         }
         // Text that was not understood has been told already.
+        let is_told = self.tree.expression(inner).kind == ExpressionKind::Error;
+        if is_told && self.ends_statement() {
+            return self.push(ExpressionKind::Error, first, self.last_of(inner));
+        }
         if self.ends_statement() || self.kind() == TokenKind::Comma {
             let location = at(self.empty_span());
             let message = "a parenthesis is not closed";
@@ -188,7 +192,7 @@ impl Parser {
             }
         }
         let last = self.last_of(inner);
-        self.push(ExpressionKind::Error, first, last.max(first))
+        self.push(ExpressionKind::Error, first, last)
     }
 
     fn nested(&mut self, read: impl FnOnce(&mut Self) -> ExpressionId) -> ExpressionId {
@@ -210,11 +214,14 @@ impl Parser {
         id
     }
 
-    /// The last token of an expression; for a missing one, the token in front of it.
+    /// The last token of an expression; for a missing one, the last in front of it that shows
+    /// something.
     fn last_of(&self, id: ExpressionId) -> TokenId {
         let expression = self.tree.expression(id);
-        let missing = expression.first > expression.last;
-        TokenId(expression.last.0.saturating_sub(u32::from(missing)))
+        if expression.first > expression.last {
+            return TokenId(self.without_blanks(expression.last).0.saturating_sub(1));
+        }
+        expression.last
     }
 
     fn binary(
@@ -225,6 +232,6 @@ impl Parser {
     ) -> ExpressionId {
         let first = self.tree.expression(left).first;
         let last = self.last_of(right);
-        self.push(ExpressionKind::Binary(operator, left, right), first, last.max(first))
+        self.push(ExpressionKind::Binary(operator, left, right), first, last)
     }
 }
