@@ -104,6 +104,16 @@ fn addresses_may_be_computed() {
 }
 
 #[test]
+fn an_operand_without_a_meaning_may_be_written() {
+    // The manual writes GCO 0, 255, 0 (3.6.23), and lists a value for CALC NOT (3.6.14).
+    assert_eq!(
+        commands("GCO 0, 255, 0\nCALC NOT\nCALC NOT, 0"),
+        ["GCO 0, 255", "CALC NOT, 0", "CALC NOT, 0",]
+    );
+    assert_eq!(assembly("GCO 0, 255, 7").instructions[0].command.value, 7);
+}
+
+#[test]
 fn operators_have_the_ranks_of_basic() {
     for (expression, expected) in [
         ("7+9*8", 79),
