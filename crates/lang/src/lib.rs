@@ -8,7 +8,7 @@
 //! - [`token`], [`tree`]: text to a lossless [`tree::Tree`].
 //! - [`assemble()`]: trees and included files to an [`Assembly`].
 //! - [`check`]: what is doubtful in an assembly, and what a module would refuse.
-//! - [`include`], [`builtin`]: where included files come from.
+//! - [`mod@include`], [`builtin`]: where included files come from.
 //! - [`binary`], [`listing()`], [`symbols()`]: what is made of an assembly; [`disassemble()`]: the way
 //!   back.
 //! - [`format()`]: the one canonical layout of a text.
