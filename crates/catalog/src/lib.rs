@@ -245,6 +245,18 @@ pub struct Command {
     pub description: &'static str,
 }
 
+impl AxisParameter {
+    /// Whether an axis has it.
+    pub const fn is_on(&self, axis: u8) -> bool {
+        is_in(self.axes, axis)
+    }
+}
+
+/// Whether an axis is in a mask, bit n for axis n.
+pub const fn is_in(mask: u8, axis: u8) -> bool {
+    axis < 8 && mask >> axis & 1 == 1
+}
+
 impl Module {
     /// The axis parameter with this number.
     pub fn axis_parameter(&self, number: u8) -> Option<&'static AxisParameter> {
@@ -273,6 +285,11 @@ impl Module {
     /// port that GIO reads there.
     pub fn output_port(&self, bank: u8, number: u8) -> Option<&'static Port> {
         self.ports.iter().find(|row| row.bank == bank && row.number == number && row.access.write)
+    }
+
+    /// The port of this kind with this number, in whichever bank it is.
+    pub fn port(&self, behaviour: PortBehaviour, number: u8) -> Option<&'static Port> {
+        self.ports.iter().find(|row| row.behaviour == behaviour && row.number == number)
     }
 
     /// The command with this number.

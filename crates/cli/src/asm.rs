@@ -3,13 +3,14 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use opentmcl_lang::{Assembly, binary, listing, symbols};
+use opentmcl_lang::{binary, listing, symbols};
 use serde::Serialize;
 
-use crate::diagnostics::{Format, counted};
+use crate::diagnostics::Format;
 use crate::failure::Failure;
 use crate::lookup;
 use crate::output;
+use crate::print::{self, counted};
 use crate::program::{self, Refusals, SourceArgs};
 use crate::sources::{self, is_dash};
 
@@ -79,7 +80,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let refusals = Refusals::Fail;
     let assembly =
         program::assemble_valid(&args.file, &bytes, &args.source, module, refusals, format)?;
-    refuse_to_overwrite(&files, &assembly)?;
+    let own = assembly.files.iter().filter(|file| !file.built_in);
+    output::keep_apart(&files, own.map(|file| Path::new(&file.name)))?;
 
     let mut texts = vec![(&*binary, binary::encode(assembly.commands()))];
     if let Some(file) = &args.symbols {
@@ -93,9 +95,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let commands = assembly.instructions.len();
     let mut out = anstream::stdout().lock();
     if args.json {
-        serde_json::to_writer(&mut out, &Assembled { output: &binary, commands })
-            .map_err(std::io::Error::from)?;
-        writeln!(out)?;
+        print::json_line(&mut out, &Assembled { output: &binary, commands })?;
     } else if to_stdout == 0 {
         writeln!(out, "{}: {}", binary.display(), counted(commands, "command"))?;
     }
@@ -116,21 +116,4 @@ fn binary_file(args: &Args) -> Result<PathBuf, Failure> {
         }
         None => Ok(args.file.with_extension("bin")),
     }
-}
-
-/// No output may be one of the program's own files, or another output.
-fn refuse_to_overwrite(outputs: &[&Path], assembly: &Assembly) -> Result<(), Failure> {
-    let own = assembly.files.iter().filter(|file| !file.built_in);
-    let own: Vec<&Path> = own.map(|file| Path::new(&file.name)).collect();
-    for (at, output) in outputs.iter().enumerate() {
-        if own.iter().any(|file| output::is_same(output, file)) {
-            let message = format!("{} is a source of the program", output.display());
-            return Err(Failure::usage(message).help("write to a file of another name"));
-        }
-        if outputs[..at].iter().any(|earlier| output::is_same(output, earlier)) {
-            let message = format!("{} is named for two outputs", output.display());
-            return Err(Failure::usage(message).help("give each output a name of its own"));
-        }
-    }
-    Ok(())
 }

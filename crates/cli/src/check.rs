@@ -8,8 +8,9 @@ use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use opentmcl_lang::{Assembly, Code, Diagnostic, File};
 
-use crate::diagnostics::{self, Files, Finding, Format, Summary, counted};
+use crate::diagnostics::{self, Files, Finding, Format, Summary};
 use crate::failure::Failure;
+use crate::print::counted;
 use crate::program::{self, SourceArgs};
 use crate::{lookup, sources, terminal};
 
@@ -69,7 +70,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     let module = args.module.as_deref().map(lookup::module).transpose()?;
-    let files = sources::expand(&args.files)?;
+    let files = sources::expand(&args.files, sources::PROGRAMS)?;
     let mut programs = Vec::new();
     for file in &files {
         if program::is_binary(file) {

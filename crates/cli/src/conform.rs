@@ -7,7 +7,6 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anstyle::{AnsiColor, Style};
 use opentmcl_catalog::Module;
 use opentmcl_conform::{Coverage, Outcome, Transcript};
 use opentmcl_link::Uri;
@@ -15,6 +14,7 @@ use serde::Serialize;
 
 use crate::failure::{self, Failure};
 use crate::lookup;
+use crate::print::{self, FAILED, OK, SKIPPED, counted};
 use crate::program::SourceArgs;
 use crate::program_files::ProgramFiles;
 use crate::virtual_target::VirtualTarget;
@@ -36,7 +36,7 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "URI", value_parser = lookup::uri)]
     connect: Option<Uri>,
     /// Only transcripts of this kind of module
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
     /// Count what the transcripts cover; a row of the catalogue that none covers is an error
     #[arg(long)]
@@ -53,10 +53,6 @@ Examples:
   tmcl conform
   tmcl conform conformance/tmcm-6214/rotate.txt -c /dev/ttyACM0
   tmcl conform --coverage";
-
-const OK: Style = AnsiColor::Green.on_default();
-const FAILED: Style = AnsiColor::Red.on_default().bold();
-const SKIPPED: Style = AnsiColor::Yellow.on_default();
 
 /// Runs the transcripts and says how the program ends.
 pub(crate) fn run(args: Args) -> ExitCode {
@@ -77,8 +73,7 @@ fn run_all(args: &Args) -> Result<(), Failure> {
         let outcome = connection.run(transcript)?;
         summary.add(&outcome);
         if args.json {
-            let report = FileReport::new(transcript, &outcome);
-            writeln!(out, "{}", to_json(&report)?)?;
+            print::json_line(&mut out, &FileReport::new(transcript, &outcome))?;
         } else {
             print(&mut out, transcript, &outcome)?;
         }
@@ -89,10 +84,13 @@ fn run_all(args: &Args) -> Result<(), Failure> {
     let uncovered = if args.coverage { print_coverage(&mut out, args, &transcripts)? } else { 0 };
     match (summary.failed_files, uncovered) {
         (0, 0) => Ok(()),
-        (0, rows) => Err(Failure::new(format!("{rows} rows of the catalogue are not covered"))
-            .help("write a transcript for each, or give the row a reason with stored = \"…\"")),
+        (0, rows) => {
+            Err(Failure::new(format!("{} of the catalogue not covered", counted(rows, "row")))
+                .help("write a transcript for each, or give the row a reason with stored = \"…\""))
+        }
         (files, _) => {
-            Err(Failure::new(format!("{files} of {} transcripts failed", transcripts.len())))
+            let all = counted(transcripts.len(), "transcript");
+            Err(Failure::new(format!("{files} of {all} failed")))
         }
     }
 }
@@ -156,18 +154,20 @@ impl Summary {
 impl std::fmt::Display for Summary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { files, failed_files, expectations, failed, skipped_files } = self;
-        write!(f, "{files} transcripts, {failed_files} failed, {skipped_files} not to the end; ")?;
-        write!(f, "{expectations} expectations, {failed} not met")
+        let files = counted(*files, "transcript");
+        let expectations = counted(*expectations, "expectation");
+        write!(f, "{files}, {failed_files} failed, {skipped_files} not to the end; ")?;
+        write!(f, "{expectations}, {failed} not met")
     }
 }
 
 fn print(out: &mut impl Write, transcript: &Transcript, outcome: &Outcome) -> std::io::Result<()> {
-    let (name, expectations) = (&transcript.name, outcome.expectations);
+    let (name, expectations) = (&transcript.name, counted(outcome.expectations, "expectation"));
     let failed = outcome.failures.len();
     if outcome.passed() {
-        writeln!(out, "{OK}ok{OK:#}      {name}: {expectations} expectations")?;
+        writeln!(out, "{OK}ok{OK:#}      {name}: {expectations}")?;
     } else {
-        writeln!(out, "{FAILED}failed{FAILED:#}  {name}: {failed} of {expectations} expectations")?;
+        writeln!(out, "{FAILED}failed{FAILED:#}  {name}: {failed} of {expectations}")?;
     }
     for failure in &outcome.failures {
         writeln!(out, "  {name}:{}: {}", failure.line, failure.command)?;
@@ -200,16 +200,12 @@ fn print_coverage(
     for coverage in &coverages {
         uncovered += coverage.tables().iter().map(|table| table.uncovered.len()).sum::<usize>();
         if args.json {
-            writeln!(out, "{}", to_json(&CoverageReport::new(coverage))?)?;
+            print::json_line(out, &CoverageReport::new(coverage))?;
         } else {
             write!(out, "\n{coverage}")?;
         }
     }
     Ok(uncovered)
-}
-
-fn to_json(report: &impl Serialize) -> Result<String, Failure> {
-    serde_json::to_string(report).map_err(|error| Failure::from(std::io::Error::from(error)))
 }
 
 /// What `--json` prints of a transcript.

@@ -1,6 +1,8 @@
 //! The module that a subcommand talks to, as every one of them is told.
 
+use opentmcl_link::program::Programmer;
 use opentmcl_link::{Client, Connection, Uri};
+use opentmcl_wire::limits::PROGRAM_LEN;
 
 use crate::failure::Failure;
 use crate::local::LocalModule;
@@ -24,5 +26,13 @@ impl ConnectArgs {
             Uri::Virtual(name) => Box::new(LocalModule::new(lookup::module(name)?)),
             Uri::Port(port) => Box::new(Client::open(port)?),
         })
+    }
+
+    /// The program on the module behind this connection.
+    pub(crate) fn programmer<'a>(
+        &self,
+        connection: &'a mut dyn Connection,
+    ) -> Result<Programmer<'a>, Failure> {
+        Ok(Programmer::open(connection, self.address, PROGRAM_LEN)?)
     }
 }

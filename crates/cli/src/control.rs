@@ -3,14 +3,15 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use opentmcl_firmware::PROGRAM_LEN;
-use opentmcl_link::program::{Programmer, Registers, State};
+use opentmcl_lang::suggest::nearest;
+use opentmcl_link::program::{Registers, State};
 use opentmcl_wire::Command;
+use opentmcl_wire::limits::PROGRAM_LEN;
 use serde::Serialize;
 
 use crate::connect::ConnectArgs;
 use crate::failure::Failure;
-use crate::lookup;
+use crate::print;
 use crate::program::{self, Place, Program, Refusals, SourceArgs};
 
 /// Start the program on a module
@@ -157,7 +158,7 @@ fn act(args: &CommonArgs, action: Action<'_>) -> Result<(), Failure> {
         _ => None,
     };
     let mut connection = args.connect.open()?;
-    let mut programmer = Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
+    let mut programmer = args.connect.programmer(connection.as_mut())?;
     match action {
         Action::Run { .. } => programmer.run(at)?,
         Action::Stop => programmer.stop()?,
@@ -170,8 +171,7 @@ fn act(args: &CommonArgs, action: Action<'_>) -> Result<(), Failure> {
     let view = View { state, command, registers: programmer.registers()?, program };
     let mut out = anstream::stdout().lock();
     if args.json {
-        let line = serde_json::to_string(&view.json()).map_err(std::io::Error::from)?;
-        writeln!(out, "{line}")?;
+        print::json_line(&mut out, &view.json())?;
     } else {
         view.print(&mut out)?;
     }
@@ -194,7 +194,7 @@ fn address(text: &str, program: Option<&Program>) -> Result<u16, Failure> {
     program.label(text).ok_or_else(|| {
         let failure = Failure::usage(format!("the program has no label {text:?}"));
         let names: Vec<_> = program.labels().map(|(name, _)| name).collect();
-        match lookup::nearest_of(text, names.iter().copied()) {
+        match nearest(text, names.iter().copied()) {
             Some(near) => failure.help(format!("did you mean {near}?")),
             None if names.is_empty() => failure.help("it has no labels; write an address"),
             None => failure.help(format!("it has {}", names.join(", "))),

@@ -11,8 +11,10 @@ mod sarif;
 use std::fmt;
 use std::io::{self, Write};
 
-use crate::terminal;
 use opentmcl_lang::{Diagnostic, File, Severity};
+
+use crate::print::counted;
+use crate::terminal;
 
 pub(crate) use place::{Files, Finding};
 
@@ -106,11 +108,6 @@ impl fmt::Display for Summary {
         f.write_str(if told.is_empty() { "no findings" } else { "" })?;
         f.write_str(&told.join(", "))
     }
-}
-
-/// A number and what is counted: `1 file`, `2 files`.
-pub(crate) fn counted(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 #[cfg(test)]

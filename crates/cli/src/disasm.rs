@@ -37,10 +37,7 @@ Examples:
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let module = args.module.as_deref().map(lookup::module).transpose()?;
     let commands = program::decode(&args.file, &sources::read(&args.file)?)?;
-    if output::is_same(&args.output, &args.file) && !sources::is_dash(&args.file) {
-        let message = format!("{} is the binary itself", args.output.display());
-        return Err(Failure::usage(message).help("write to a file of another name"));
-    }
+    output::keep_apart(&[&args.output], [&*args.file])?;
     let title = format!(" {}", sources::shown(&args.file));
     let source = disassemble(&commands, &Disassembly { module, title: Some(&title) });
     output::write_all([(&*args.output, source.into_bytes())])

@@ -4,14 +4,13 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use opentmcl_firmware::PROGRAM_LEN;
 use opentmcl_link::program::Programmer;
 use serde::Serialize;
 
 use crate::connect::ConnectArgs;
-use crate::diagnostics::counted;
 use crate::failure::Failure;
 use crate::lookup;
+use crate::print::{self, counted};
 use crate::program::{self, Refusals, SourceArgs};
 use crate::progress::Progress;
 
@@ -30,7 +29,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     connect: ConnectArgs,
     /// Check the program against this module instead of the connected one
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
     /// Read the program back and compare
     #[arg(long)]
@@ -76,7 +75,7 @@ struct Downloaded {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let chosen = args.module.as_deref().map(lookup::module).transpose()?;
     let mut connection = args.connect.open()?;
-    let mut programmer = Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
+    let mut programmer = args.connect.programmer(connection.as_mut())?;
     let identity = programmer.identity();
     let module = chosen.or_else(|| lookup::by_number(identity?.number));
     let commands = program::load(&args.file, &args.source, module, Refusals::Fail)?.commands;
@@ -137,8 +136,7 @@ fn must_not_be_protected(programmer: &mut Programmer<'_>, verify: bool) -> Resul
 fn report(done: &Downloaded, json: bool) -> Result<(), Failure> {
     let mut out = anstream::stdout().lock();
     if json {
-        let line = serde_json::to_string(done).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out, "{line}")?);
+        return Ok(print::json_line(&mut out, done)?);
     }
     let Downloaded { commands, seconds, verified, auto_start, started, .. } = done;
     let commands = counted(*commands, "command");

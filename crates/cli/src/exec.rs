@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::connect::ConnectArgs;
 use crate::failure::Failure;
+use crate::print;
 
 /// Execute commands on a module and print the replies
 ///
@@ -78,8 +79,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for &command in &args.commands {
         let executed = execute(connection.as_mut(), args, command)?;
         if args.json {
-            let line = serde_json::to_string(&executed).map_err(std::io::Error::from)?;
-            writeln!(out, "{line}")?;
+            print::json_line(&mut out, &executed)?;
         } else {
             print(&mut out, &executed)?;
         }

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use opentmcl_lang::tree::Tree;
 use opentmcl_lang::{Diagnostic, File, Severity, encoding, format};
 
-use crate::diagnostics::{self, Format, counted};
+use crate::diagnostics::{self, Format};
 use crate::failure::Failure;
 use crate::output;
+use crate::print::counted;
 use crate::program;
 use crate::sources::{self, is_dash};
 
@@ -37,7 +38,7 @@ Examples:
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut out = anstream::stdout().lock();
     let (mut changed, mut refused) = (0, 0);
-    for file in sources::expand(&args.files)? {
+    for file in sources::expand(&args.files, sources::PROGRAMS)? {
         let bytes = sources::read(&file)?;
         let Some(formatted) = formatted(&file, &bytes)? else {
             refused += 1;

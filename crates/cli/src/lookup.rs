@@ -1,12 +1,10 @@
 //! Finding a module or a connection by the name that a user wrote, and naming a version.
 
 use opentmcl_catalog::{MODULES, Module};
+use opentmcl_lang::suggest;
 use opentmcl_link::{Uri, UriError};
 
 use crate::failure::Failure;
-
-/// From how similar a name on it is worth proposing, on a scale of 0 to 1.
-const SIMILAR: f64 = 0.7;
 
 /// The module with this name in any case; the failure proposes the nearest one.
 pub(crate) fn module(name: &str) -> Result<&'static Module, Failure> {
@@ -25,28 +23,11 @@ pub(crate) fn by_number(number: u16) -> Option<&'static Module> {
 }
 
 fn nearest(name: &str) -> Option<&'static str> {
-    let name = name.to_lowercase();
     // Many know a module by its number alone.
-    let similarity = |full: &str| {
-        let number = full.rsplit('-').next().unwrap_or(full);
-        strsim::jaro_winkler(&name, full).max(strsim::jaro_winkler(&name, number))
-    };
-    MODULES
-        .iter()
-        .map(|module| (similarity(module.name), module.name))
-        .filter(|&(similarity, _)| similarity >= SIMILAR)
-        .max_by(|(left, _), (right, _)| left.total_cmp(right))
-        .map(|(_, name)| name)
-}
-
-/// The name that was probably meant, in any case.
-pub(crate) fn nearest_of<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let name = name.to_lowercase();
-    names
-        .map(|other| (strsim::jaro_winkler(&name, &other.to_lowercase()), other))
-        .filter(|&(similarity, _)| similarity >= SIMILAR)
-        .max_by(|(left, _), (right, _)| left.total_cmp(right))
-        .map(|(_, name)| name)
+    let number = |full: &'static str| full.rsplit('-').next().unwrap_or(full);
+    let names = || MODULES.iter().map(|module| module.name);
+    let near = suggest::nearest(name, names().chain(names().map(number)))?;
+    names().find(|&full| full == near || number(full) == near)
 }
 
 /// Reads the name of a connection; the error says what would be right.

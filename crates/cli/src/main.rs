@@ -17,6 +17,7 @@ mod lsp;
 mod modules;
 mod output;
 mod plot;
+mod print;
 mod program;
 mod program_files;
 mod progress;
@@ -25,7 +26,10 @@ mod sim;
 mod sources;
 mod terminal;
 mod test_programs;
+mod time;
 mod upload;
+mod uri;
+mod virtual_args;
 mod virtual_target;
 
 use std::process::ExitCode;

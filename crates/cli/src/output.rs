@@ -93,7 +93,8 @@ fn prepare(file: &Path, bytes: Vec<u8>) -> io::Result<Content> {
     Ok(Content::Beside(written, target))
 }
 
-fn cannot_write(file: &Path, error: &io::Error) -> Failure {
+/// Why a file was not written.
+pub(crate) fn cannot_write(file: &Path, error: &io::Error) -> Failure {
     let reason = match error.kind() {
         io::ErrorKind::NotFound => "there is no such folder".into(),
         _ => reason(error),
@@ -101,8 +102,28 @@ fn cannot_write(file: &Path, error: &io::Error) -> Failure {
     Failure::new(format!("cannot write {}: {reason}", file.display()))
 }
 
+/// Fails if an output is one of the files that are read, or another output.
+pub(crate) fn keep_apart<'a>(
+    outputs: &[&Path],
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), Failure> {
+    let inputs: Vec<&Path> = inputs.into_iter().collect();
+    for (at, output) in outputs.iter().enumerate().filter(|(_, output)| !is_dash(output)) {
+        let shown = output.display();
+        if inputs.iter().any(|input| is_same(output, input)) {
+            let message = format!("{shown} is read, and would be overwritten");
+            return Err(Failure::usage(message).help("write to a file of another name"));
+        }
+        if outputs[..at].iter().any(|earlier| is_same(output, earlier)) {
+            let message = format!("{shown} is named for two outputs");
+            return Err(Failure::usage(message).help("give each output a name of its own"));
+        }
+    }
+    Ok(())
+}
+
 /// Whether two names lead to the same file.
-pub(crate) fn is_same(left: &Path, right: &Path) -> bool {
+fn is_same(left: &Path, right: &Path) -> bool {
     match (left.canonicalize(), right.canonicalize()) {
         (Ok(left), Ok(right)) => left == right,
         // One that is not there yet.

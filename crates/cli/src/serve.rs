@@ -9,8 +9,8 @@ use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::Module;
 use opentmcl_firmware::{Line, Port};
 use opentmcl_link::{Device, Endpoint, FileFlash, Listener, Peer, Pty, Server, Speed};
+use opentmcl_virtual::VirtualModule;
 use opentmcl_virtual::flash::{FLASH_SIZE, MemoryFlash, PAGE_SIZE, WORD_SIZE};
-use opentmcl_virtual::{Options, VirtualModule};
 use opentmcl_wire::Instant;
 use opentmcl_wire::serial::{FRAME_LEN, Request, WrongChecksum};
 use serde::Serialize;
@@ -18,6 +18,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::failure::Failure;
 use crate::lookup;
+use crate::print;
+use crate::virtual_args::VirtualArgs;
 
 /// Run a virtual module in real time until Ctrl-C
 ///
@@ -41,14 +43,8 @@ pub(crate) struct Args {
     /// Let time pass for the module this many times as fast, 0.001..1000
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_speed)]
     speed: Speed,
-    /// Commands that a program on the module executes per second, 1..1000000
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = Options::default().program_rate,
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
-    )]
-    program_rate: u32,
+    #[command(flatten)]
+    virtual_module: VirtualArgs,
     /// Print the endpoints as one line of JSON
     #[arg(long)]
     json: bool,
@@ -70,7 +66,7 @@ fn parse_speed(text: &str) -> Result<Speed, String> {
 /// Serves the module until SIGINT or SIGTERM.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let model = lookup::module(&args.module)?;
-    let options = Options { program_rate: args.program_rate };
+    let options = args.virtual_module.options();
     match &args.eeprom {
         Some(path) => {
             let flash = FileFlash::<FLASH_SIZE, PAGE_SIZE, WORD_SIZE>::open(path)?;
@@ -132,8 +128,7 @@ struct Endpoints {
 fn announce(args: &Args, model: &Module, endpoints: &Endpoints) -> Result<(), Failure> {
     let mut out = anstream::stdout().lock();
     if args.json {
-        let line = serde_json::to_string(endpoints).map_err(io::Error::from)?;
-        writeln!(out, "{line}")?;
+        print::json_line(&mut out, endpoints)?;
     } else {
         print(&mut out, model, endpoints)?;
     }

@@ -1,7 +1,7 @@
 //! `tmcl sim`: a program in virtual time.
 
 mod listing;
-pub(crate) mod options;
+mod options;
 mod picture;
 mod ports;
 mod record;
@@ -9,19 +9,22 @@ mod report;
 mod run;
 mod summary;
 mod tally;
-pub(crate) mod time;
 mod trace;
 
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use opentmcl_catalog::Module;
-use opentmcl_virtual::Options;
+use opentmcl_wire::limits::VARIABLE_BANK;
 use opentmcl_wire::{Command, Duration, Opcode};
 
 use crate::failure::Failure;
 use crate::lookup;
+use crate::output;
+use crate::print;
 use crate::program::{self, Refusals, SourceArgs};
+use crate::time;
+use crate::virtual_args::VirtualArgs;
 use listing::Listing;
 use picture::Picture;
 use record::Record;
@@ -29,9 +32,6 @@ use run::{Observer, Run};
 use summary::Summary;
 use tally::Tally;
 use trace::Trace;
-
-/// Bank of user variables.
-const VARIABLES: u8 = 2;
 
 /// Run a program in virtual time and tell what it does
 ///
@@ -48,7 +48,7 @@ pub(crate) struct Args {
     #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
     /// Longest virtual time: 500ms, 10s, 2min, 1h
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = options::parse_time)]
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = time::parse)]
     until: Duration,
     /// Level of a digital input; may be given more than once
     #[arg(long, value_name = "N=high|low", value_parser = options::parse_input)]
@@ -59,14 +59,8 @@ pub(crate) struct Args {
     /// Value of a user variable; may be given more than once
     #[arg(long, value_name = "N=VALUE", value_parser = options::parse_variable)]
     variable: Vec<(u8, i32)>,
-    /// Commands that the program executes per second, 1..1000000
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = Options::default().program_rate,
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
-    )]
-    program_rate: u32,
+    #[command(flatten)]
+    virtual_module: VirtualArgs,
     /// Print each executed command
     #[arg(long)]
     trace: bool,
@@ -111,11 +105,13 @@ fn no_module() -> Failure {
 
 /// Runs the program.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let outputs: Vec<&Path> = args.record.iter().chain(&args.plot).map(PathBuf::as_path).collect();
+    output::keep_apart(&outputs, [&*args.file])?;
     let named = args.module.as_deref().map(lookup::module).transpose()?;
     let program = program::load(&args.file, &args.source, named, Refusals::Tell)?;
     let model = named.or_else(|| program.module()).ok_or_else(no_module)?;
     let listing = Listing::new(&program);
-    let mut run = Run::new(model, args.program_rate, &program.commands)?;
+    let mut run = Run::new(model, args.virtual_module.options(), &program.commands)?;
     set_up(&mut run, model, args)?;
 
     let mut out = BufWriter::new(anstream::stdout().lock());
@@ -143,16 +139,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let (Some(picture), Some(path)) = (picture, &args.plot) {
         let title = format!("{name} on a {}", model.title);
         let svg = picture.draw(&title, &mut run);
-        std::fs::write(path, svg)
-            .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
+        output::write_all([(&**path, svg.into_bytes())])?;
     }
     let summary = Summary::new(name, &listing, &mut run, &tally, &outcome);
     if trace.is_some() {
         writeln!(out)?;
     }
     if args.json {
-        let line = serde_json::to_string(&summary).map_err(std::io::Error::from)?;
-        writeln!(out, "{line}")?;
+        print::json_line(&mut out, &summary)?;
     } else {
         report::write(&mut out, &summary)?;
     }
@@ -178,7 +172,7 @@ fn set_up(run: &mut Run, model: &'static Module, args: &Args) -> Result<(), Fail
         run.module.hardware_changed();
     }
     for &(number, value) in &args.variable {
-        let command = Command::new(Opcode::Sgp.number(), number, VARIABLES, value);
+        let command = Command::new(Opcode::Sgp.number(), number, VARIABLE_BANK, value);
         run::execute(&mut run.module, command)?;
     }
     Ok(())

@@ -141,9 +141,30 @@ fn in_any_case(folder: &Path, name: std::path::Component<'_>) -> Option<std::ffi
 /// The extensions of sources. Files that are only included have any.
 const EXTENSIONS: [&str; 2] = ["tmc", "tmcl"];
 
-/// The files that are meant by files and folders: of a folder all sources in it and in its folders,
-/// in order of their names, without hidden ones.
-pub(crate) fn expand(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+/// Which files of a folder are meant when the folder is named.
+#[derive(Clone, Copy)]
+pub(crate) struct Wanted {
+    /// Whether a file is one of them.
+    pub(crate) is_it: fn(&Path) -> bool,
+    /// What they are: `there are no … in the folder`.
+    pub(crate) what: &'static str,
+    /// What to do if there are none.
+    pub(crate) help: &'static str,
+}
+
+/// Sources of programs.
+pub(crate) const PROGRAMS: Wanted = Wanted {
+    is_it: |path| {
+        let extension = path.extension().unwrap_or_default();
+        EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+    },
+    what: ".tmc files",
+    help: "name the files themselves",
+};
+
+/// The files that are meant by files and folders: of a folder all that are wanted in it and in its
+/// folders, in order of their names, without hidden ones.
+pub(crate) fn expand(named: &[PathBuf], wanted: Wanted) -> Result<Vec<PathBuf>, Failure> {
     let mut files = Vec::new();
     for path in named {
         if is_dash(path) || !path.is_dir() {
@@ -151,18 +172,18 @@ pub(crate) fn expand(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
             continue;
         }
         let before = files.len();
-        add_folder(path, &mut files).map_err(|error| {
+        add_folder(path, wanted, &mut files).map_err(|error| {
             Failure::new(format!("cannot read {}: {}", path.display(), reason(&error)))
         })?;
         if files.len() == before {
-            let message = format!("there is no .tmc file in {}", path.display());
-            return Err(Failure::new(message).help("name the files themselves"));
+            let message = format!("there are no {} in {}", wanted.what, path.display());
+            return Err(Failure::usage(message).help(wanted.help));
         }
     }
     Ok(files)
 }
 
-fn add_folder(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
+fn add_folder(folder: &Path, wanted: Wanted, files: &mut Vec<PathBuf>) -> io::Result<()> {
     let mut entries = folder.read_dir()?.collect::<io::Result<Vec<_>>>()?;
     entries.sort_by_key(DirEntry::file_name);
     for entry in entries {
@@ -172,12 +193,10 @@ fn add_folder(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
         let path = entry.path();
         // People write `spin.tmc`, and so do those who read our output.
         let path = path.strip_prefix(".").unwrap_or(&path).to_owned();
-        let extension = path.extension().unwrap_or_default();
-        let is_source = EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known));
         // The type is that of a link itself: what it leads to could be a folder above.
         if entry.file_type()?.is_dir() {
-            add_folder(&path, files)?;
-        } else if is_source && path.is_file() {
+            add_folder(&path, wanted, files)?;
+        } else if (wanted.is_it)(&path) && path.is_file() {
             files.push(path);
         }
     }

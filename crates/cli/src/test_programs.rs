@@ -1,7 +1,6 @@
 //! `tmcl test`: tests of programs, in virtual time.
 
 mod coverage;
-mod files;
 mod junit;
 mod lcov;
 mod report;
@@ -18,8 +17,8 @@ use crate::failure::Failure;
 use crate::output;
 use crate::program::SourceArgs;
 use crate::program_files::ProgramFiles;
-use crate::sim::options;
-use crate::sources;
+use crate::sources::{self, Wanted};
+use crate::time;
 use crate::virtual_target::VirtualTarget;
 use coverage::{Counts, Coverage};
 use result::{CaseResult, FileResult, Total};
@@ -39,7 +38,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TEXT")]
     filter: Option<String>,
     /// Virtual time after which a case has failed: 500ms, 10s, 2min, 1h
-    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = options::parse_time)]
+    #[arg(long, value_name = "TIME", default_value = "1h", value_parser = time::parse)]
     limit: Duration,
     /// Print how often each line of the programs was executed, and which branches were taken
     #[arg(long, conflicts_with = "json")]
@@ -63,9 +62,17 @@ Examples:
   tmcl test sort.test.txt --coverage
   tmcl test tests --junit results.xml --lcov lcov.info";
 
+const TESTS: Wanted = Wanted {
+    is_it: |path| path.as_os_str().as_encoded_bytes().ends_with(b".test.txt"),
+    what: "tests",
+    help: "the names of tests end in .test.txt; or name a file",
+};
+
 /// Runs the tests.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let files = files::find(&args.files)?;
+    let files = sources::expand(&args.files, TESTS)?;
+    let outputs: Vec<&Path> = args.lcov.iter().chain(&args.junit).map(PathBuf::as_path).collect();
+    output::keep_apart(&outputs, files.iter().map(PathBuf::as_path))?;
     let mut tests = Tests {
         args,
         filter: args.filter.as_deref().map(str::to_lowercase),

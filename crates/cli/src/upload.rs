@@ -4,15 +4,14 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use opentmcl_catalog::Module;
-use opentmcl_firmware::PROGRAM_LEN;
 use opentmcl_lang::{Disassembly, binary, disassemble};
 use opentmcl_link::program::Programmer;
 
 use crate::connect::ConnectArgs;
-use crate::diagnostics::counted;
 use crate::failure::Failure;
 use crate::lookup;
 use crate::output;
+use crate::print::counted;
 use crate::program;
 use crate::progress::Progress;
 use crate::sources;
@@ -43,7 +42,7 @@ Examples:
 /// Reads the program and writes it.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut connection = args.connect.open()?;
-    let mut programmer = Programmer::open(connection.as_mut(), args.connect.address, PROGRAM_LEN)?;
+    let mut programmer = args.connect.programmer(connection.as_mut())?;
     let mut progress = Progress::start("commands read:", None);
     let commands = programmer.read(&mut |done| progress.set(done))?;
     drop(progress);

@@ -6,7 +6,8 @@ mod names;
 mod number;
 mod reply;
 
-use opentmcl_catalog::{MODULES, Module};
+use opentmcl_catalog::{MODULES, Module, PortBehaviour};
+use opentmcl_wire::limits::VARIABLE_BANK;
 use opentmcl_wire::serial::FRAME_LEN;
 use opentmcl_wire::{Command, Opcode, control};
 
@@ -217,17 +218,20 @@ impl<'a> Parser<'a> {
             ["power", "cycle"] => StepKind::PowerCycle,
             ["fresh"] => StepKind::Fresh,
             ["input", input, level @ ("high" | "low")] => {
-                StepKind::Input { number: names.small(input)?, high: *level == "high" }
+                let number = names.pin(PortBehaviour::DigitalInput, "input", input)?;
+                StepKind::Input { number, high: *level == "high" }
             }
             ["analog", input, reading] => {
-                StepKind::Analog { number: names.small(input)?, reading: names.small(reading)? }
+                let number = names.pin(PortBehaviour::AnalogInput, "analog input", input)?;
+                StepKind::Analog { number, reading: names.small(reading)? }
             }
             ["run"] => run_from(line, number, self.now.address),
             ["run", "at", place] => run_from(line, number, names.address(place)?),
             ["stop"] => executed(line, number, Command::new(control::STOP_PROGRAM, 0, 0, 0)),
             ["set", "variable", variable, "=", value] => {
                 let (variable, value) = (names.small(variable)?, names.value(value)?);
-                executed(line, number, Command::new(Opcode::Sgp.number(), variable, 2, value))
+                let set = Command::new(Opcode::Sgp.number(), variable, VARIABLE_BANK, value);
+                executed(line, number, set)
             }
             ["set", ..] => {
                 return Err("only variables can be set: set variable 42 = 7; for anything else \
@@ -392,5 +396,19 @@ mod tests {
         let kinds = steps("wait 1 ms # a while\n> GAP 1, 0 # where\n< 100 # there\nfresh # end");
         assert_eq!(kinds.len(), 3, "{kinds:?}");
         assert!(mistakes("module tmcm-6214\nfresh#")[0].contains("\"fresh#\" is no step"));
+    }
+
+    #[test]
+    fn only_inputs_that_the_module_has_can_be_set() {
+        // Manual 3.6.13: eight digital inputs; port 8 of the analog bank is the supply voltage.
+        let text = "module tmcm-6214\ninput 7 high\ninput 8 high\nanalog 0 1\nanalog 8 1";
+        let help = "`tmcl modules tmcm-6214` lists those that there are";
+        assert_eq!(
+            mistakes(text),
+            [
+                format!("test.txt:3: TMCM-6214 has no input 8; {help}"),
+                format!("test.txt:5: TMCM-6214 has no analog input 8; {help}"),
+            ]
+        );
     }
 }

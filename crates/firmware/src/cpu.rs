@@ -3,11 +3,7 @@
 use core::cmp::Ordering;
 
 use opentmcl_wire::Instant;
-
-use crate::program::PROGRAM_LEN;
-
-/// Depth of the subroutine stack; a call beyond it is ignored (firmware manual 3.6.18).
-pub(crate) const STACK_DEPTH: usize = 8;
+use opentmcl_wire::limits::{PROGRAM_LEN, STACK_DEPTH};
 
 /// What the interpreter does, with the numbers of global parameter 128.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

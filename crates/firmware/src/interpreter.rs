@@ -7,13 +7,14 @@
 use core::ops::ControlFlow;
 
 use opentmcl_catalog::Mode as CommandMode;
+use opentmcl_wire::limits::VARIABLES;
 use opentmcl_wire::{Command, Duration, Instant, Opcode, Status};
 
 use crate::arithmetic;
 use crate::board::Board;
 use crate::commands::{Caller, Outcome};
 use crate::cpu::{Cpu, Flags, Mode, Wait};
-use crate::module::{Module, VARIABLES, earliest};
+use crate::module::{Module, earliest};
 use crate::watch::{Before, Done, Watcher};
 
 /// One tick of WAIT.

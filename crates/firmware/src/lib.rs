@@ -52,5 +52,4 @@ pub use cpu::{ErrorFlags, Flags, Mode};
 pub use direct::Answer;
 pub use line::{Line, Port};
 pub use module::{Config, Module};
-pub use program::PROGRAM_LEN;
 pub use watch::{Executed, ProgramState};

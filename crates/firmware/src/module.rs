@@ -3,6 +3,7 @@
 use core::ops::ControlFlow;
 
 use opentmcl_catalog::{self as catalog, AxisBehaviour, Globals, PortBehaviour};
+use opentmcl_wire::limits::{COORDINATES, VARIABLES};
 use opentmcl_wire::{Duration, Instant, Status, TICKS_PER_SECOND, serial};
 
 use crate::axis::{AxisNumber, AxisState, PerAxis};
@@ -16,12 +17,6 @@ use crate::program::{Download, Program};
 use crate::storage;
 use crate::tmc5160::{Chip, Tmc5160};
 use crate::watch::{Nobody, Watcher};
-
-/// Coordinates per axis (firmware manual 3.6.22); number 0 is never stored.
-pub(crate) const COORDINATES: usize = 21;
-
-/// User variables.
-pub(crate) const VARIABLES: usize = 256;
 
 /// In [`Module::quiet_until`]: has to be found out.
 pub(crate) const UNKNOWN: Instant = Instant::from_ticks(0);

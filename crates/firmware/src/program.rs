@@ -1,9 +1,7 @@
 //! Program memory and the download into it.
 
 use opentmcl_wire::Command;
-
-/// Commands that program memory holds (firmware manual 3.3; the vendor's modules of this class).
-pub const PROGRAM_LEN: usize = 2048;
+use opentmcl_wire::limits::PROGRAM_LEN;
 
 /// Commands that are stored together in one EEPROM item.
 pub(crate) const CHUNK_LEN: usize = 32;

@@ -6,13 +6,13 @@
 
 use core::ops::ControlFlow;
 
+use opentmcl_wire::limits::PROGRAM_LEN;
 use opentmcl_wire::{Command, Instant, Status};
 
 use crate::axis::AxisNumber;
 use crate::board::Board;
 use crate::cpu::{Cpu, Flags, Mode};
 use crate::module::Module;
-use crate::program::PROGRAM_LEN;
 use crate::units;
 
 /// A command that a program has executed, and the interpreter's registers after it.

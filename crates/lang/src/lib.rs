@@ -12,7 +12,7 @@
 //! - [`binary`], [`listing()`], [`symbols()`]: what is made of an assembly; [`disassemble()`]: the way
 //!   back.
 //! - [`format()`]: the one canonical layout of a text.
-//! - [`service`]: what an editor asks.
+//! - [`service`]: what an editor asks; [`suggest`]: what was probably meant.
 //!
 //! ```
 //! use opentmcl_lang::{Options, assemble, include::BuiltInOnly};
@@ -45,7 +45,7 @@ mod number;
 mod parse;
 pub mod service;
 pub mod span;
-mod suggest;
+pub mod suggest;
 mod symbols;
 pub mod token;
 pub mod tree;

@@ -6,11 +6,8 @@ const MAX_NAMES: usize = 4096;
 /// From how similar a name on it is worth proposing, on a scale of 0 to 1.
 const SIMILAR: f64 = 0.8;
 
-/// The name nearest to this one, if one is near enough.
-pub(crate) fn nearest<'a>(
-    wanted: &str,
-    names: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+/// The name nearest to this one in any case, if one is near enough to propose it.
+pub fn nearest<'a>(wanted: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if wanted.len() > 64 {
         return None;
     }

@@ -33,5 +33,8 @@ pub const READ_DRIVER: u8 = 149;
 /// Restart the module.
 pub const SOFTWARE_RESET: u8 = 255;
 
+/// The value without which a module refuses [`FACTORY_RESET`] and [`SOFTWARE_RESET`].
+pub const CONFIRMATION: i32 = 1234;
+
 /// The first of them: what has this number or a higher one is never part of a program.
 pub const FIRST: u8 = STOP_PROGRAM;

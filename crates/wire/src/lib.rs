@@ -5,7 +5,8 @@
 //! - [`command`]: a [`Command`] is what every TMCL request carries whatever the line: command
 //!   number, type, motor or bank, value. A [`Reply`] is what comes back.
 //! - [`opcode`]: the numbers and mnemonics of the language, and which operand of the mnemonic form
-//!   goes into which field; [`control`]: the numbers of the commands that only hosts use.
+//!   goes into which field; [`control`]: the numbers of the commands that only hosts use;
+//!   [`limits`]: how much a program has of everything.
 //! - [`serial`]: the 9-byte frame of USB, RS485, RS232 and TCP, and a [`serial::Decoder`] that takes
 //!   any bytes and finds back into step.
 //! - [`mnemonic`]: one command as text, `ROR 0, 51200`, read and written.
@@ -24,6 +25,7 @@ extern crate std;
 
 pub mod command;
 pub mod control;
+pub mod limits;
 pub mod mnemonic;
 pub mod opcode;
 pub mod serial;

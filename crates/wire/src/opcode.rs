@@ -306,6 +306,11 @@ impl Opcode {
     pub const fn number(self) -> u8 {
         self as u8
     }
+
+    /// Whether a program may go on at the address in the command's value.
+    pub const fn may_jump(self) -> bool {
+        matches!(self, Self::Ja | Self::Jc | Self::Csub | Self::Call | Self::Djnz | Self::Rst)
+    }
 }
 
 impl Form {

@@ -14,9 +14,6 @@ pub(super) struct ConnectedModule {
     since: Instant,
 }
 
-/// What a software reset must be asked for with.
-const CONFIRMATION: i32 = 1234;
-
 /// How long a module that restarts may be away; on USB it goes and comes as a device.
 const RESTART: std::time::Duration = std::time::Duration::from_secs(10);
 /// How long nothing is asked while a condition is awaited.
@@ -35,7 +32,7 @@ impl ConnectedModule {
         self.execute(Command::new(control::STOP_PROGRAM, 0, 0, 0))?;
         // The reply does not always get through (firmware manual 3.6.58).
         let _: Result<(), ConnectionError> =
-            self.execute(Command::new(control::SOFTWARE_RESET, 0, 0, CONFIRMATION));
+            self.execute(Command::new(control::SOFTWARE_RESET, 0, 0, control::CONFIRMATION));
         let start = Instant::now();
         loop {
             std::thread::sleep(PAUSE);

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 use super::place::{Finding, Point, Region};
+use crate::print;
 
 #[derive(Serialize)]
 struct Object<'a> {
@@ -64,6 +65,5 @@ pub(super) fn write(out: &mut impl Write, finding: &Finding<'_>) -> io::Result<(
         related,
         fix,
     };
-    serde_json::to_writer(&mut *out, &object)?;
-    writeln!(out)
+    print::json_line(out, &object)
 }

@@ -1,12 +1,12 @@
 //! Findings as a SARIF 2.1.0 document, the OASIS standard that code scanning services read.
 
-use std::fmt::Write as _;
 use std::io::{self, Write};
 
 use opentmcl_lang::{Code, Severity};
 use serde_json::{Value, json};
 
 use super::place::{Finding, Region};
+use crate::uri;
 
 const SCHEMA: &str =
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
@@ -102,32 +102,5 @@ fn extent(region: &Region<'_>) -> Value {
 }
 
 fn artifact(file: &str) -> Value {
-    json!({"uri": uri(file)})
-}
-
-/// A path as a URI reference.
-fn uri(path: &str) -> String {
-    let absolute = path.starts_with('/');
-    let mut uri = if absolute { String::from("file://") } else { String::new() };
-    for byte in path.bytes() {
-        if byte.is_ascii_alphanumeric() || b"/-._~".contains(&byte) {
-            uri.push(char::from(byte));
-        } else {
-            // Writing to a string cannot fail.
-            let _ = write!(uri, "%{byte:02X}");
-        }
-    }
-    uri
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_path_becomes_a_uri_reference() {
-        // RFC 3986: unreserved characters and the slash stand for themselves; ü is C3 BC in UTF-8.
-        assert_eq!(uri("axis 1/für:x.tmc"), "axis%201/f%C3%BCr%3Ax.tmc");
-        assert_eq!(uri("/srv/a.tmc"), "file:///srv/a.tmc");
-    }
+    json!({"uri": uri::reference(file)})
 }

@@ -2,10 +2,11 @@
 //!
 //! A file on disk is known by its path, any other document by its URI as the editor writes it.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use lsp_types::Uri;
+
+use crate::uri;
 
 /// The name of what a URI stands for.
 pub(super) fn name(uri: &Uri) -> String {
@@ -22,15 +23,7 @@ pub(super) fn of_file(name: &str) -> Option<Uri> {
     if !Path::new(name).is_absolute() {
         return None;
     }
-    let mut uri = String::from("file://");
-    for byte in name.bytes() {
-        if byte.is_ascii_alphanumeric() || b"/-._~".contains(&byte) {
-            uri.push(char::from(byte));
-        } else {
-            let _ = write!(uri, "%{byte:02X}");
-        }
-    }
-    uri.parse().ok()
+    uri::reference(name).parse().ok()
 }
 
 #[cfg(test)]

@@ -204,7 +204,7 @@ impl From<&catalog::AxisParameter> for AxisParameter {
             default: row.default,
             default_source: source(row.default_source),
             access: access(row.access),
-            axes: (0..8).filter(|axis| row.axes >> axis & 1 == 1).collect(),
+            axes: (0..8).filter(|&axis| row.is_on(axis)).collect(),
             description: row.description,
             values: values(row.values),
         }

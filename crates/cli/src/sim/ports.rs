@@ -27,7 +27,7 @@ fn input(
     kind: &str,
     number: u8,
 ) -> Result<&'static Port, Failure> {
-    rows(model, behaviour).find(|port| port.number == number).ok_or_else(|| {
+    model.port(behaviour, number).ok_or_else(|| {
         let numbers: Vec<String> =
             rows(model, behaviour).map(|port| port.number.to_string()).collect();
         Failure::usage(format!("the {} has no {kind} input {number}", model.title))

@@ -2,8 +2,10 @@
 
 use std::io::{self, Write};
 
-use super::summary::{Axis, End, Output, Reason, Refused, Summary, Waiting};
 use opentmcl_wire::Status;
+
+use super::summary::{Axis, End, Output, Reason, Refused, Summary, Waiting};
+use crate::print::counted;
 
 /// Switchings of one output that are shown.
 const SHOWN: usize = 4;
@@ -11,11 +13,11 @@ const SHOWN: usize = 4;
 /// Writes the summary, a subject on the left and what is to say about it on the right.
 pub(super) fn write(out: &mut impl Write, summary: &Summary) -> io::Result<()> {
     let Summary { program, module, length, .. } = summary;
-    subject(out, "program", &format!("{program}, {length} commands, on a {module}"))?;
+    subject(out, "program", &format!("{program}, {}, on a {module}", counted(*length, "command")))?;
     for line in end(summary) {
         subject(out, if line.0 { "end" } else { "" }, &line.1)?;
     }
-    subject(out, "executed", &plural(summary.executed, "command"))?;
+    subject(out, "executed", &counted(summary.executed, "command"))?;
     for (at, refused) in summary.refused.iter().enumerate() {
         subject(out, if at == 0 { "refused" } else { "" }, &refusal(refused))?;
     }
@@ -111,8 +113,4 @@ fn switchings(output: &Output) -> String {
 
 fn seconds(seconds: f64) -> String {
     format!("{seconds:.3} s")
-}
-
-fn plural(count: u64, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }

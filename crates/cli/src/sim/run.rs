@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use opentmcl_catalog::Module;
 use opentmcl_firmware::{Executed, Mode};
 use opentmcl_virtual::{Event, MemoryFlash, Options, Travel, VirtualModule, Watch};
+use opentmcl_wire::limits::PROGRAM_LEN;
 use opentmcl_wire::{Command, Duration, Instant, Status, control};
 
 use crate::failure::Failure;
@@ -47,10 +48,9 @@ impl Run {
     /// Switches a module on and downloads a program into it.
     pub(super) fn new(
         model: &'static Module,
-        program_rate: u32,
+        options: Options,
         commands: &[Command],
     ) -> Result<Self, Failure> {
-        let options = Options { program_rate };
         let mut module = VirtualModule::with_flash(model, MemoryFlash::new(), options);
         execute(&mut module, Command::new(control::START_DOWNLOAD, 0, 0, 0))?;
         for (address, &command) in commands.iter().enumerate() {
@@ -59,10 +59,7 @@ impl Run {
                 return Err(Failure::new(format!(
                     "the module does not take the command at address {address}: status {status}"
                 ))
-                .help(format!(
-                    "program memory holds {} commands",
-                    opentmcl_firmware::PROGRAM_LEN
-                )));
+                .help(format!("program memory holds {} commands", PROGRAM_LEN)));
             }
         }
         execute(&mut module, Command::new(control::END_DOWNLOAD, 0, 0, 0))?;

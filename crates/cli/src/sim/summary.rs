@@ -10,7 +10,7 @@ use super::listing::Listing;
 use super::ports;
 use super::run::{Outcome, Run};
 use super::tally::{Switching, Switchings, Tally};
-use super::time;
+use crate::time;
 
 /// A run in numbers and words.
 #[derive(Serialize)]
@@ -182,9 +182,7 @@ impl End {
 fn reason(last: &Executed) -> Reason {
     match Opcode::from_number(last.command.number) {
         Some(Opcode::Stop) => Reason::Stop,
-        Some(
-            Opcode::Ja | Opcode::Jc | Opcode::Csub | Opcode::Call | Opcode::Djnz | Opcode::Rst,
-        ) if last.branch != Some(false) => Reason::JumpOutside,
+        Some(opcode) if opcode.may_jump() && last.branch != Some(false) => Reason::JumpOutside,
         _ => Reason::NoStop,
     }
 }

@@ -9,8 +9,8 @@ use opentmcl_wire::Instant;
 
 use super::listing::Listing;
 use super::run::Observer;
-use super::time;
 use crate::failure::Failure;
+use crate::time;
 
 /// Error flags by the names of their conditions.
 const ERRORS: [(u8, &str); 5] = [

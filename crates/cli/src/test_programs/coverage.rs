@@ -10,6 +10,7 @@ use opentmcl_lang::Assembly;
 use opentmcl_lang::span::{ColumnUnit, LineIndex};
 use opentmcl_wire::{Command, Opcode};
 
+use crate::print::counted;
 use crate::program_files::ProgramFiles;
 use crate::virtual_target::Observer;
 
@@ -280,8 +281,8 @@ impl fmt::Display for Coverage {
         f.write_str(&table)?;
         f.write_str(&row("total", &lines.to_string(), &branches.to_string()))?;
         if self.without_source > 0 {
-            let plural = if self.without_source == 1 { "" } else { "s" };
-            writeln!(f, "not counted: {} program{plural} without source", self.without_source)?;
+            let programs = counted(self.without_source, "program");
+            writeln!(f, "not counted: {programs} without source")?;
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use super::report::explanation;
 use super::result::{CaseFailure, CaseResult, FileResult};
-use crate::sim::time;
+use crate::time;
 
 /// The document.
 pub(super) fn text(results: &[FileResult]) -> String {

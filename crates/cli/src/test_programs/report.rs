@@ -2,14 +2,11 @@
 
 use std::io::{self, Write};
 
-use anstyle::{AnsiColor, Style};
 use serde::Serialize;
 
 use super::result::{CaseFailure, CaseResult, FileResult};
-use crate::sim::time;
-
-const OK: Style = AnsiColor::Green.on_default();
-const FAILED: Style = AnsiColor::Red.on_default().bold();
+use crate::print::{self, FAILED, OK};
+use crate::time;
 
 /// Prints a file's results for people.
 pub(super) fn print(out: &mut impl Write, file: &FileResult) -> io::Result<()> {
@@ -56,10 +53,10 @@ pub(super) fn json(out: &mut impl Write, file: &FileResult) -> io::Result<()> {
             .iter()
             .map(|mistake| MistakeReport { line: mistake.line, message: &mistake.message });
         let broken = BrokenReport { file: &file.name, passed: false, mistakes: mistakes.collect() };
-        writeln!(out, "{}", serde_json::to_string(&broken)?)?;
+        print::json_line(out, &broken)?;
     }
     for case in &file.cases {
-        writeln!(out, "{}", serde_json::to_string(&CaseReport::new(&file.name, case))?)?;
+        print::json_line(out, &CaseReport::new(&file.name, case))?;
     }
     Ok(())
 }

@@ -8,6 +8,7 @@ use opentmcl_conform::{
 use opentmcl_wire::Duration;
 
 use crate::failure::Failure;
+use crate::print::counted;
 use crate::program_files::ProgramFiles;
 
 /// A file with tests.
@@ -201,9 +202,4 @@ impl fmt::Display for Total {
         }
         Ok(())
     }
-}
-
-fn counted(count: usize, noun: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {noun}{plural}")
 }

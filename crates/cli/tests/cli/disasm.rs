@@ -75,7 +75,7 @@ fn a_source_is_no_binary() {
 fn the_binary_itself_is_not_overwritten() {
     let lab = lab();
     let errors = lab.fail(2, &["disasm", "spin.bin", "-o", "./spin.bin"]);
-    assert!(errors.starts_with("error: ./spin.bin is the binary itself"), "{errors}");
+    assert!(errors.starts_with("error: ./spin.bin is read, and would be overwritten"), "{errors}");
     assert_eq!(lab.bytes("spin.bin"), SPIN);
 }
 

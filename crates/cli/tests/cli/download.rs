@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use rustix::process::Signal;
 use tempfile::TempDir;
 
-use crate::common::{failure_of, run, serve, stdout_of};
+use crate::common::{PATIENCE, failure_of, run, serve, stdout_of};
 
 const SOURCE: &str = "\
 // To and fro, three times.
@@ -247,8 +247,8 @@ fn a_module_that_does_not_answer_is_given_up_in_bounded_time() {
     for args in [&["download", text(&source), "-c", &uri][..], &["upload", "-c", &uri]] {
         let start = Instant::now();
         let output = run(args);
-        // Three attempts of one second each.
-        assert!(start.elapsed() < Duration::from_secs(8), "{:?}", start.elapsed());
+        // Three attempts of one second each, and what a busy machine adds.
+        assert!(start.elapsed() < PATIENCE, "{:?}", start.elapsed());
         assert_eq!(output.status.code(), Some(1));
         let errors = String::from_utf8(output.stderr).unwrap();
         assert!(errors.contains("failed in 3 attempts; at last: no reply within 1000 ms"));

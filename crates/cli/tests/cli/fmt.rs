@@ -92,8 +92,8 @@ fn a_folder_means_the_sources_in_it_and_below() {
     assert_eq!(lab.text("deep/a.inc"), UGLY);
     assert_eq!(lab.text(".git/c.tmc"), UGLY);
     lab.write("empty/x.txt", "");
-    let errors = lab.fail(1, &["fmt", "empty"]);
-    assert!(errors.starts_with("error: there is no .tmc file in empty\n"), "{errors}");
+    let errors = lab.fail(2, &["fmt", "empty"]);
+    assert!(errors.starts_with("error: there are no .tmc files in empty\n"), "{errors}");
 }
 
 #[test]

@@ -303,7 +303,7 @@ fn the_same_file_runs_through_conform_and_on_a_module_behind_a_port() {
     let served = serve(&[]);
     let uri = format!("tcp:{}", served.tcp());
     let (status, out, errors) = lab.run(&["conform", "wait.test.txt", "-c", &uri]);
-    assert_eq!((status, &*errors), (1, "error: 1 of 1 transcripts failed\n"));
+    assert_eq!((status, &*errors), (1, "error: 1 of 1 transcript failed\n"));
     assert!(out.contains("skipped from line 8: an input can be set only on a virtual"), "{out}");
     assert_eq!(out.matches("\n  wait.test.txt:").count(), 1, "{out}");
     assert!(

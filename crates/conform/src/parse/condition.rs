@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use opentmcl_wire::limits::VARIABLE_BANK;
 use opentmcl_wire::{Command, Duration, Opcode, control};
 
 use super::names::{Names, is_name, nearest};
@@ -19,9 +20,8 @@ const POSITION_REACHED: u8 = 8;
 const INPUTS: u8 = 0;
 const ANALOG_INPUTS: u8 = 1;
 const OUTPUTS: u8 = 2;
-/// Banks of global parameters.
+/// Bank of global parameters about the module.
 const SETTINGS: u8 = 0;
-const VARIABLES: u8 = 2;
 /// Global parameters: state and counter of the program.
 const APPLICATION: u8 = 128;
 const COUNTER: u8 = 130;
@@ -114,7 +114,7 @@ fn number_of(subject: &[&str], names: Names<'_>) -> Result<(Command, Meaning), N
         ["speed", axis] => (gap(SPEED, names.axis(axis)?), Meaning::Number),
         ["variable", number] => {
             let number = names.small(number)?;
-            (Command::new(Opcode::Ggp.number(), number, VARIABLES, 0), Meaning::Number)
+            (Command::new(Opcode::Ggp.number(), number, VARIABLE_BANK, 0), Meaning::Number)
         }
         ["output", port] => (gio(OUTPUTS, names.port(OUTPUTS, "output", port)?), Meaning::Level),
         ["input", port] => (gio(INPUTS, names.port(INPUTS, "input", port)?), Meaning::Level),

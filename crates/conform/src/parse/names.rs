@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use opentmcl_catalog::Module;
+use opentmcl_catalog::{Module, PortBehaviour};
 
 use super::number::value;
 use crate::programs::Assembled;
@@ -87,9 +87,23 @@ impl Names<'_> {
         let number = self.small(text)?;
         match self.module {
             Some(module) if module.input_port(bank, number).is_none() => {
-                let title = module.title;
-                let help = format!("`tmcl modules {}` lists those that there are", module.name);
-                Err(format!("{title} has no {what} {number}; {help}"))
+                Err(no_port(module, what, number))
+            }
+            _ => Ok(number),
+        }
+    }
+
+    /// The number of an input that can be set from outside.
+    pub(super) fn pin(
+        &self,
+        behaviour: PortBehaviour,
+        what: &str,
+        text: &str,
+    ) -> Result<u8, String> {
+        let number = self.small(text)?;
+        match self.module {
+            Some(module) if module.port(behaviour, number).is_none() => {
+                Err(no_port(module, what, number))
             }
             _ => Ok(number),
         }
@@ -114,6 +128,11 @@ impl Names<'_> {
             )
         })
     }
+}
+
+fn no_port(module: &Module, what: &str, number: u8) -> String {
+    let Module { title, name, .. } = module;
+    format!("{title} has no {what} {number}; `tmcl modules {name}` lists those that there are")
 }
 
 /// Whether this can be a name of a program; a number cannot.

@@ -1,6 +1,7 @@
 //! Control commands 128..138 and 255, downloads, code protection (firmware manual 3.6.57, 3.6.58).
 
 use opentmcl_catalog::Globals;
+use opentmcl_wire::limits::PROGRAM_LEN;
 use opentmcl_wire::{Command, Status, control};
 
 use super::{Execution, Outcome, program_address};
@@ -9,11 +10,8 @@ use crate::cpu::Mode;
 use crate::direct::Answer;
 use crate::line::Port;
 use crate::module::Module;
-use crate::program::{CHUNK_LEN, CHUNKS, Download, PROGRAM_LEN};
+use crate::program::{CHUNK_LEN, CHUNKS, Download};
 use crate::storage::{self, StorageError};
-
-/// What commands 137 and 255 want to see before they do what cannot be undone.
-const CONFIRMATION: i32 = 1234;
 
 /// Bits of the code protection parameter.
 const PROTECT_READING: i32 = 1;
@@ -166,7 +164,7 @@ impl<B: Board> Module<B> {
 }
 
 fn confirmed(value: i32) -> Result<(), Status> {
-    if value == CONFIRMATION { Ok(()) } else { Err(Status::INVALID_VALUE) }
+    if value == control::CONFIRMATION { Ok(()) } else { Err(Status::INVALID_VALUE) }
 }
 
 fn eeprom_locked(_: StorageError) -> Status {

@@ -2,11 +2,12 @@
 
 use opentmcl_catalog::Globals;
 use opentmcl_wire::Status;
+use opentmcl_wire::limits::COORDINATES;
 
 use super::{Execution, Outcome};
 use crate::axis::AxisNumber;
 use crate::board::Board;
-use crate::module::{COORDINATES, Module};
+use crate::module::Module;
 use crate::storage::{self, Key};
 
 /// Motor number that means the EEPROM.

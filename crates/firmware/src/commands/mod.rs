@@ -8,6 +8,7 @@ mod parameters;
 mod registers;
 mod search;
 
+use opentmcl_wire::limits::PROGRAM_LEN;
 use opentmcl_wire::{Command, Opcode, Status};
 
 use crate::axis::AxisNumber;
@@ -17,7 +18,6 @@ use crate::interpreter;
 use crate::interrupts;
 use crate::line::Port;
 use crate::module::Module;
-use crate::program::PROGRAM_LEN;
 
 /// Who wants a command executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

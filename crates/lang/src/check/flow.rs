@@ -8,6 +8,7 @@ mod handlers;
 mod reach;
 
 use opentmcl_wire::Opcode;
+use opentmcl_wire::limits::PROGRAM_LEN;
 use opentmcl_wire::opcode::{Field, Meaning};
 
 use crate::assembly::Assembly;
@@ -17,12 +18,6 @@ use super::findings::Findings;
 use super::subject::Subject;
 
 use graph::Graph;
-
-/// Commands that program memory holds.
-const PROGRAM_LEN: usize = 2048;
-
-/// Subroutines that may be under way at a time.
-const STACK_DEPTH: usize = 8;
 
 /// Tells what is doubtful about the way that a program takes.
 pub(super) fn check(assembly: &Assembly, findings: &mut Findings<'_>) {

@@ -121,9 +121,9 @@ impl Subject {
         }
         let _ = write!(text, "\n- Access: {}", rights(value.access));
         if let Self::AxisParameter(row) = self
-            && (0..module.axes).any(|axis| row.axes >> axis & 1 == 0)
+            && (0..module.axes).any(|axis| !row.is_on(axis))
         {
-            let axes = (0..module.axes).filter(|axis| row.axes >> axis & 1 == 1);
+            let axes = (0..module.axes).filter(|&axis| row.is_on(axis));
             let axes: Vec<_> = axes.map(|axis| axis.to_string()).collect();
             let _ = write!(text, "\n- Only on the axes {}", axes.join(", "));
         }

@@ -2,6 +2,7 @@
 
 use opentmcl_catalog::{Access, AxisParameter, GlobalParameter, Interrupt, Module, Port};
 use opentmcl_wire::Opcode;
+use opentmcl_wire::limits::VARIABLE_BANK;
 use opentmcl_wire::opcode::{Form, Meaning};
 
 use super::Service;
@@ -17,9 +18,6 @@ pub(super) enum Subject {
     Port(&'static Port),
     Interrupt(&'static Interrupt),
 }
-
-/// The bank of global parameters that holds the user variables.
-const USER_VARIABLES: u8 = 2;
 
 impl Subject {
     /// Its number; the first one of a row of equal ones.
@@ -73,7 +71,7 @@ impl Service<'_> {
                 module.global_parameter(bank()?, number).map(Subject::GlobalParameter)
             }
             Meaning::Variable => {
-                module.global_parameter(USER_VARIABLES, number).map(Subject::GlobalParameter)
+                module.global_parameter(VARIABLE_BANK, number).map(Subject::GlobalParameter)
             }
             Meaning::Port => port(module, form, bank()?, number).map(Subject::Port),
             Meaning::Interrupt => module.interrupt(number).map(Subject::Interrupt),

@@ -187,10 +187,7 @@ impl Programmer<'_> {
 fn may_stay(command: Command, address: u16) -> bool {
     match Opcode::from_number(command.number) {
         None | Some(Opcode::Wait | Opcode::Rsub | Opcode::Reti) => true,
-        Some(
-            Opcode::Ja | Opcode::Jc | Opcode::Csub | Opcode::Call | Opcode::Djnz | Opcode::Rst,
-        ) => command.value == i32::from(address),
-        Some(_) => false,
+        Some(opcode) => opcode.may_jump() && command.value == i32::from(address),
     }
 }
 

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeSet;
 
+use opentmcl_wire::limits::STACK_DEPTH;
+
 use crate::diagnostic::{Code, Diagnostic};
 
 use super::graph::{Addresses, Graph, Step};
-use super::{Findings, Program, STACK_DEPTH};
+use super::{Findings, Program};
 
 /// No call leads here.
 const NONE: u32 = u32::MAX;

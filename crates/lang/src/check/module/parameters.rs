@@ -1,6 +1,6 @@
 //! Axis parameters and global parameters.
 
-use opentmcl_catalog::{Axis, AxisBehaviour, AxisParameter, GlobalParameter, Tmc5160, Unit};
+use opentmcl_catalog::{Axis, AxisBehaviour, AxisParameter, GlobalParameter, Tmc5160, Unit, is_in};
 use opentmcl_wire::Opcode;
 use opentmcl_wire::opcode::Field;
 
@@ -24,7 +24,7 @@ impl Rules {
         // In the other forms the axis is in X.
         let names_axis = matches!(opcode, Opcode::Sap | Opcode::Gap | Opcode::Aap);
         let axis = Some(subject.command.motor).filter(|&axis| names_axis && axis < module.axes);
-        if axis.is_some_and(|axis| !has_axis(row.axes, axis)) {
+        if axis.is_some_and(|axis| !row.is_on(axis)) {
             let message = format!("axis {} has no {parameter}", subject.shown(Field::Motor));
             let help = format!("axes {} have it", self.axes(row.axes));
             return Some(Diagnostic::new(Code::NoSuchAxisParameter, location, message).help(help));
@@ -94,7 +94,7 @@ impl Rules {
                 let mut rows = self.module.axis_parameters.iter();
                 let with_encoder =
                     rows.find(|row| row.behaviour == encoder).map_or(0, |row| row.axes);
-                if axis.is_none_or(|axis| has_axis(with_encoder, axis)) {
+                if axis.is_none_or(|axis| is_in(with_encoder, axis)) {
                     return None;
                 }
                 let help = match with_encoder {
@@ -111,7 +111,7 @@ impl Rules {
 
     /// The axes of a mask.
     fn axes(self, mask: u8) -> String {
-        ranges((0..self.module.axes).filter(|&axis| has_axis(mask, axis)))
+        ranges((0..self.module.axes).filter(|&axis| is_in(mask, axis)))
     }
 
     pub(super) fn global_parameter(
@@ -148,22 +148,7 @@ impl Rules {
                 let message = format!("{parameter}, can only be read");
                 Some(Diagnostic::new(Code::NotWritable, location, message).help("GGP reads it"))
             }
-            Opcode::Sgp => {
-                // A range beyond 31 bit is that of an unsigned number.
-                let is_unsigned = row.max > i64::from(i32::MAX);
-                let value = subject.command.value;
-                let comparable =
-                    if is_unsigned { i64::from(value as u32) } else { i64::from(value) };
-                let fits = (row.min..=row.max).contains(&comparable);
-                (!fits).then(|| {
-                    out_of_range(&parameter, subject).help(format!(
-                        "it takes {}..{}{}",
-                        row.min,
-                        row.max,
-                        in_unit(row.unit)
-                    ))
-                })
-            }
+            Opcode::Sgp => global_value(row, &parameter, subject),
             Opcode::Stgp | Opcode::Rsgp => {
                 let is_stored = |row: &&GlobalParameter| row.access.store || row.access.automatic;
                 if is_stored(&row) {
@@ -182,8 +167,22 @@ impl Rules {
     }
 }
 
-fn has_axis(mask: u8, axis: u8) -> bool {
-    1u8.checked_shl(axis.into()).is_some_and(|bit| mask & bit != 0)
+/// Whether the value that SGP gives to a parameter is in its range.
+fn global_value(
+    row: &GlobalParameter,
+    parameter: &str,
+    subject: Subject<'_>,
+) -> Option<Diagnostic> {
+    let GlobalParameter { min, max, unit, .. } = *row;
+    // A range beyond 31 bit is that of an unsigned number.
+    let is_unsigned = max > i64::from(i32::MAX);
+    let value = subject.command.value;
+    let comparable = if is_unsigned { i64::from(value as u32) } else { i64::from(value) };
+    if (min..=max).contains(&comparable) {
+        return None;
+    }
+    let help = format!("it takes {min}..{max}{}", in_unit(unit));
+    Some(out_of_range(parameter, subject).help(help))
 }
 
 /// A value that is refused; the help is still to be said.

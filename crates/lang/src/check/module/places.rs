@@ -2,6 +2,7 @@
 
 use opentmcl_catalog::{InterruptBehaviour, Port};
 use opentmcl_wire::Opcode;
+use opentmcl_wire::limits::{COORDINATES, VARIABLES};
 use opentmcl_wire::opcode::{Field, Operand};
 
 use crate::check::subject::Subject;
@@ -10,11 +11,8 @@ use crate::diagnostic::{Code, Diagnostic};
 use super::parameters::{in_unit, out_of_range};
 use super::{Rules, ranges};
 
-/// The last coordinate of each axis; the same for all modules of the language.
-const LAST_COORDINATE: i32 = 20;
-
-/// The last user variable.
-const LAST_VARIABLE: i32 = 255;
+const LAST_COORDINATE: i32 = COORDINATES as i32 - 1;
+const LAST_VARIABLE: i32 = VARIABLES as i32 - 1;
 
 impl Rules {
     pub(super) fn port(self, opcode: Opcode, subject: Subject<'_>) -> Option<Diagnostic> {

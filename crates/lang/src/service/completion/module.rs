@@ -48,16 +48,7 @@ impl Service<'_> {
         };
         match operand.meaning {
             Meaning::AxisParameter => {
-                let names = self.names_of(&AXIS_PARAMETERS);
-                let axis = other(Meaning::Axis);
-                for row in module.axis_parameters {
-                    let has = axis.is_none_or(|axis| axis < 8 && row.axes >> axis & 1 == 1);
-                    if has && may_use(form.opcode, row.access) {
-                        let constant = names.find(row.number, row.id);
-                        let insert = constant.map_or(row.number.to_string(), str::to_owned);
-                        add(list, module, Subject::AxisParameter(row), row.id, &insert);
-                    }
-                }
+                self.axis_parameters(list, module, form.opcode, other(Meaning::Axis));
             }
             Meaning::GlobalParameter => {
                 let names = self.names_of(&GLOBAL_PARAMETERS);
@@ -97,6 +88,25 @@ impl Service<'_> {
                 for (value, meaning) in values {
                     list.add(CompletionKind::Value, &value.to_string(), *meaning);
                 }
+            }
+        }
+    }
+
+    /// Adds those that a command may use on this axis.
+    fn axis_parameters(
+        &self,
+        list: &mut List,
+        module: &'static Module,
+        opcode: Opcode,
+        axis: Option<u8>,
+    ) {
+        let names = self.names_of(&AXIS_PARAMETERS);
+        for row in module.axis_parameters {
+            let has = axis.is_none_or(|axis| row.is_on(axis));
+            if has && may_use(opcode, row.access) {
+                let constant = names.find(row.number, row.id);
+                let insert = constant.map_or(row.number.to_string(), str::to_owned);
+                add(list, module, Subject::AxisParameter(row), row.id, &insert);
             }
         }
     }
