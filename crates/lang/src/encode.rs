@@ -202,8 +202,10 @@ impl<'a> Encoder<'a> {
             Meaning::Address => Purpose::Address,
             _ => Purpose::Number,
         };
-        let value = match tree.name(expression) {
-            Some(name) => {
+        let kind = tree.expression(expression).kind;
+        let value = match (kind, tree.name(expression)) {
+            (ExpressionKind::Number(value), _) => value,
+            (_, Some(name)) => {
                 let word = operand.words.iter().find(|(word, _)| word.eq_ignore_ascii_case(name));
                 if let Some(&(_, value)) = word {
                     return Some(i64::from(value));
@@ -214,9 +216,11 @@ impl<'a> Encoder<'a> {
                     None => self.evaluator.value(file, expression, purpose)?,
                 }
             }
-            None => self.evaluator.value(file, expression, purpose)?,
+            (_, None) => self.evaluator.value(file, expression, purpose)?,
         };
-        let value = libm::round(value);
+        // Nearly every value is whole already.
+        let is_whole = f64::from(value as i32) == value;
+        let value = if is_whole { value } else { libm::round(value) };
         let (min, max) = match operand.field {
             Field::Kind | Field::Motor => (0.0, 255.0),
             // All 32 bits may be written without a sign: $FFFFFFFF is -1.
