@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     connect: ConnectArgs,
     /// Check the program against this module instead of the connected one
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
     /// Read the program back and compare
     #[arg(long)]

@@ -33,7 +33,7 @@ use settings::Settings;
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
     /// Module of programs that do not name theirs; an editor's setting has precedence
-    #[arg(long, value_name = "NAME")]
+    #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
     /// Folder to search for included files; may be given more than once
     #[arg(short = 'I', long = "include", value_name = "DIR")]
