@@ -141,6 +141,12 @@ fn in_any_case(folder: &Path, name: std::path::Component<'_>) -> Option<std::ffi
 /// The extensions of sources. Files that are only included have any.
 const EXTENSIONS: [&str; 2] = ["tmc", "tmcl"];
 
+/// Whether a file's name says that it holds a source.
+pub(crate) fn is_source(file: &Path) -> bool {
+    let extension = file.extension().unwrap_or_default();
+    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
 /// The files that are meant by files and folders: of a folder all sources in it and in its folders,
 /// in order of their names, without hidden ones.
 pub(crate) fn expand(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
@@ -172,12 +178,10 @@ fn add_folder(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
         let path = entry.path();
         // People write `spin.tmc`, and so do those who read our output.
         let path = path.strip_prefix(".").unwrap_or(&path).to_owned();
-        let extension = path.extension().unwrap_or_default();
-        let is_source = EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known));
         // The type is that of a link itself: what it leads to could be a folder above.
         if entry.file_type()?.is_dir() {
             add_folder(&path, files)?;
-        } else if is_source && path.is_file() {
+        } else if is_source(&path) && path.is_file() {
             files.push(path);
         }
     }

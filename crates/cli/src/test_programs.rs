@@ -104,11 +104,31 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.junit {
         written.push((file.as_path(), junit::text(&results).into_bytes()));
     }
+    refuse_to_overwrite(&written, &files, &tests.programs)?;
     // What is written to standard output comes behind all that is there already.
     out.flush()?;
     drop(out);
     output::write_all(written)?;
     total.verdict()
+}
+
+/// Who takes `--junit` for an option without a value writes the name of a test behind it.
+fn refuse_to_overwrite(
+    outputs: &[(&Path, Vec<u8>)],
+    tests: &[PathBuf],
+    programs: &ProgramFiles<'_>,
+) -> Result<(), Failure> {
+    let programs = programs.programs().filter_map(|(_, program)| program.assembly.as_ref());
+    let sources = programs.flat_map(|assembly| &assembly.files).filter(|file| !file.built_in);
+    let sources: Vec<&Path> = sources.map(|file| Path::new(&file.name)).collect();
+    for (output, _) in outputs {
+        let mut own = sources.iter().copied().chain(tests.iter().map(PathBuf::as_path));
+        if own.any(|file| output::is_same(output, file)) {
+            let message = format!("{} is a test, or a file of a program", output.display());
+            return Err(Failure::usage(message).help("write to a file of another name"));
+        }
+    }
+    Ok(())
 }
 
 struct Tests<'a> {

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
+use crate::program;
 use crate::sources;
 
 /// How the names of tests end that are found in folders.
@@ -23,6 +24,10 @@ pub(super) fn find(named: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
                 return Err(Failure::usage(message)
                     .help(format!("the names of tests end in {ENDING}; or name a file")));
             }
+        } else if sources::is_source(path) || program::is_binary(path) {
+            let message = format!("{} is a program, not a test of one", path.display());
+            let help = format!("a test is a file *{ENDING} with the line: program FILE");
+            return Err(Failure::usage(message).help(help));
         } else {
             files.push(path.clone());
         }
