@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use opentmcl_lang::{Assembly, binary, listing, symbols};
+use opentmcl_lang::{binary, listing, symbols};
 use serde::Serialize;
 
 use crate::diagnostics::{Format, counted};
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let refusals = Refusals::Fail;
     let assembly =
         program::assemble_valid(&args.file, &bytes, &args.source, module, refusals, format)?;
-    refuse_to_overwrite(&files, &assembly)?;
+    program::refuse_to_overwrite(&files, &args.file, Some(&assembly))?;
 
     let mut texts = vec![(&*binary, binary::encode(assembly.commands()))];
     if let Some(file) = &args.symbols {
@@ -116,21 +116,4 @@ fn binary_file(args: &Args) -> Result<PathBuf, Failure> {
         }
         None => Ok(args.file.with_extension("bin")),
     }
-}
-
-/// No output may be one of the program's own files, or another output.
-fn refuse_to_overwrite(outputs: &[&Path], assembly: &Assembly) -> Result<(), Failure> {
-    let own = assembly.files.iter().filter(|file| !file.built_in);
-    let own: Vec<&Path> = own.map(|file| Path::new(&file.name)).collect();
-    for (at, output) in outputs.iter().enumerate() {
-        if own.iter().any(|file| output::is_same(output, file)) {
-            let message = format!("{} is a source of the program", output.display());
-            return Err(Failure::usage(message).help("write to a file of another name"));
-        }
-        if outputs[..at].iter().any(|earlier| output::is_same(output, earlier)) {
-            let message = format!("{} is named for two outputs", output.display());
-            return Err(Failure::usage(message).help("give each output a name of its own"));
-        }
-    }
-    Ok(())
 }

@@ -93,7 +93,8 @@ fn prepare(file: &Path, bytes: Vec<u8>) -> io::Result<Content> {
     Ok(Content::Beside(written, target))
 }
 
-fn cannot_write(file: &Path, error: &io::Error) -> Failure {
+/// The failure of writing a file, or of creating one.
+pub(crate) fn cannot_write(file: &Path, error: &io::Error) -> Failure {
     let reason = match error.kind() {
         io::ErrorKind::NotFound => "there is no such folder".into(),
         _ => reason(error),

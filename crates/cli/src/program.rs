@@ -8,6 +8,7 @@ use opentmcl_wire::Command;
 
 use crate::diagnostics::{self, Format, Summary};
 use crate::failure::Failure;
+use crate::output;
 use crate::sources::{self, Disk};
 
 /// Options of every subcommand that takes a program.
@@ -94,6 +95,28 @@ pub(crate) fn assemble_valid(
     Err(failure)
 }
 
+/// No output may be one of the program's own files, or another output.
+pub(crate) fn refuse_to_overwrite(
+    outputs: &[&Path],
+    main: &Path,
+    assembly: Option<&Assembly>,
+) -> Result<(), Failure> {
+    let files = assembly.into_iter().flat_map(|assembly| &assembly.files);
+    let included = files.filter(|file| !file.built_in).map(|file| Path::new(&file.name));
+    let own: Vec<&Path> = included.chain([main]).collect();
+    for (at, output) in outputs.iter().enumerate() {
+        if own.iter().any(|file| output::is_same(output, file)) && !sources::is_dash(output) {
+            let message = format!("{} is a file of the program", output.display());
+            return Err(Failure::usage(message).help("write to a file of another name"));
+        }
+        if outputs[..at].iter().any(|earlier| output::is_same(output, earlier)) {
+            let message = format!("{} is named for two outputs", output.display());
+            return Err(Failure::usage(message).help("give each output a name of its own"));
+        }
+    }
+    Ok(())
+}
+
 /// Whether a file's name says that it holds the assembled program.
 pub(crate) fn is_binary(file: &Path) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bin"))
@@ -109,16 +132,19 @@ pub(crate) fn assembly(file: &Path, bytes: &[u8], args: &SourceArgs) -> Assembly
 
 /// What is wrong or doubtful in a program, for this module or else the one that a comment names.
 pub(crate) fn findings(assembly: &Assembly, module: Option<&'static Module>) -> Vec<Diagnostic> {
-    // A name that no module has is among the findings.
-    let declared = || opentmcl_catalog::find(check::declared_module(assembly)?.0);
-    check::findings(assembly, module.or_else(declared))
+    check::findings(assembly, module.or_else(|| declared(assembly)))
+}
+
+/// The module that a comment names; a name that no module has is among the findings.
+fn declared(assembly: &Assembly) -> Option<&'static Module> {
+    opentmcl_catalog::find(check::declared_module(assembly)?.0)
 }
 
 /// The commands of a binary.
 pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
     binary::decode(bytes).map_err(|bad| {
         let first = bad.first().map(ToString::to_string).unwrap_or_default();
-        let more = if bad.len() > 1 { ", and it is not the only one" } else { "" };
+        let more = if bad.len() > 1 { "; other records are wrong as well" } else { "" };
         Failure::new(format!("{}: {first}{more}", sources::shown(file))).help(
             "a binary has eight bytes per command, the last of which is the sum of the others",
         )
@@ -126,6 +152,11 @@ pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure>
 }
 
 impl Program {
+    /// The module that the source names.
+    pub(crate) fn module(&self) -> Option<&'static Module> {
+        declared(self.assembly.as_ref()?)
+    }
+
     /// The line of the command at an address.
     pub(crate) fn place(&self, address: u16) -> Option<Place<'_>> {
         let assembly = self.assembly.as_ref()?;

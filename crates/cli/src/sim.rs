@@ -13,7 +13,7 @@ pub(crate) mod time;
 mod trace;
 
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use opentmcl_catalog::Module;
 use opentmcl_virtual::Options;
@@ -21,7 +21,9 @@ use opentmcl_wire::{Command, Duration, Opcode};
 
 use crate::failure::Failure;
 use crate::lookup;
+use crate::output;
 use crate::program::{self, Refusals, SourceArgs};
+use crate::sources::{self, is_dash};
 use listing::Listing;
 use picture::Picture;
 use record::Record;
@@ -44,9 +46,9 @@ const VARIABLES: u8 = 2;
 pub(crate) struct Args {
     /// Program: source text, or a binary as `tmcl asm` writes it
     file: PathBuf,
-    /// Module on which it runs, see `tmcl modules`
+    /// Module on which it runs [default: the one that the source names]
     #[arg(short, long, value_name = "NAME")]
-    module: String,
+    module: Option<String>,
     /// Longest virtual time: 500ms, 10s, 2min, 1h
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = options::parse_time)]
     until: Duration,
@@ -103,8 +105,18 @@ Examples:
 
 /// Runs the program.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let model = lookup::module(&args.module)?;
-    let program = program::load(&args.file, &args.source, Some(model), Refusals::Tell)?;
+    let chosen = args.module.as_deref().map(lookup::module).transpose()?;
+    let outputs: Vec<&Path> = args.record.iter().chain(&args.plot).map(PathBuf::as_path).collect();
+    if outputs.iter().any(|file| is_dash(file)) {
+        return Err(Failure::usage("standard output has the summary already")
+            .help("name a file for the recording or the picture"));
+    }
+    let program = program::load(&args.file, &args.source, chosen, Refusals::Tell)?;
+    program::refuse_to_overwrite(&outputs, &args.file, program.assembly.as_ref())?;
+    let model = chosen.or_else(|| program.module()).ok_or_else(|| {
+        let message = format!("{} does not say for which module it is", sources::shown(&args.file));
+        Failure::usage(message).help("--module NAME does; so does `// module: NAME` in the source")
+    })?;
     let listing = Listing::new(&program);
     let mut run = Run::new(model, args.program_rate, &program.commands)?;
     set_up(&mut run, model, args)?;
@@ -134,8 +146,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let (Some(picture), Some(path)) = (picture, &args.plot) {
         let title = format!("{name} on a {}", model.title);
         let svg = picture.draw(&title, &mut run);
-        std::fs::write(path, svg)
-            .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))?;
+        output::write_all([(path.as_path(), svg.into_bytes())])?;
     }
     let summary = Summary::new(name, &listing, &mut run, &tally, &outcome);
     if trace.is_some() {

@@ -12,6 +12,7 @@ use super::ports;
 use super::run::Observer;
 use super::time;
 use crate::failure::Failure;
+use crate::output;
 
 /// Writes a line for each sample.
 pub(super) struct Record {
@@ -31,8 +32,7 @@ impl Record {
         rate: u32,
         variables: &[u8],
     ) -> Result<Self, Failure> {
-        let file = File::create(path)
-            .map_err(|error| Failure::new(format!("cannot create {}: {error}", path.display())))?;
+        let file = File::create(path).map_err(|error| output::cannot_write(path, &error))?;
         let mut columns = vec!["time_s".to_owned()];
         columns.extend((0..model.axes).map(|axis| format!("position{axis}_microsteps")));
         columns.extend((0..model.axes).map(|axis| format!("speed{axis}_pps")));
@@ -52,11 +52,11 @@ impl Record {
 
     /// Writes what is still buffered.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
-        self.file.flush().map_err(|error| failed(&self.path, &error))
+        self.file.flush().map_err(|error| output::cannot_write(&self.path, &error))
     }
 
     fn write(&mut self, line: &str) -> Result<(), Failure> {
-        writeln!(self.file, "{line}").map_err(|error| failed(&self.path, &error))
+        writeln!(self.file, "{line}").map_err(|error| output::cannot_write(&self.path, &error))
     }
 }
 
@@ -78,8 +78,4 @@ impl Observer for Record {
         sample.variables.iter().for_each(|&value| add(value.into()));
         self.write(&line)
     }
-}
-
-fn failed(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::new(format!("cannot write {}: {error}", path.display()))
 }

@@ -11,7 +11,8 @@ const SHOWN: usize = 4;
 /// Writes the summary, a subject on the left and what is to say about it on the right.
 pub(super) fn write(out: &mut impl Write, summary: &Summary) -> io::Result<()> {
     let Summary { program, module, length, .. } = summary;
-    subject(out, "program", &format!("{program}, {length} commands, on a {module}"))?;
+    let length = plural(*length as u64, "command");
+    subject(out, "program", &format!("{program}, {length}, on a {module}"))?;
     for line in end(summary) {
         subject(out, if line.0 { "end" } else { "" }, &line.1)?;
     }

@@ -101,7 +101,10 @@ fn an_output_is_never_a_source_of_the_program_or_another_output() {
     symlink(lab.path("part.inc"), lab.path("link.inc")).unwrap();
     for output in ["main.tmc", "./main.tmc", "part.inc", "link.inc"] {
         let errors = lab.fail(2, &["asm", "main.tmc", "-o", output]);
-        assert!(errors.starts_with(&format!("error: {output} is a source of the")), "{errors}");
+        assert!(
+            errors.starts_with(&format!("error: {output} is a file of the program")),
+            "{errors}"
+        );
     }
     let errors = lab.fail(2, &["asm", "main.tmc", "--symbols", "main.bin"]);
     assert!(errors.starts_with("error: main.bin is named for two outputs"), "{errors}");
