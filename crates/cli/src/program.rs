@@ -121,7 +121,7 @@ fn declared(assembly: &Assembly) -> Option<&'static Module> {
 pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
     binary::decode(bytes).map_err(|bad| {
         let first = bad.first().map(ToString::to_string).unwrap_or_default();
-        let more = if bad.len() > 1 { ", and it is not the only one" } else { "" };
+        let more = if bad.len() > 1 { "; other records are wrong as well" } else { "" };
         Failure::new(format!("{}: {first}{more}", sources::shown(file))).help(
             "a binary has eight bytes per command, the last of which is the sum of the others",
         )
@@ -129,6 +129,12 @@ pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure>
 }
 
 impl Program {
+    /// The files of the source, without the built-in ones.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        let files = self.assembly.iter().flat_map(|assembly| &assembly.files);
+        files.filter(|file| !file.built_in).map(|file| Path::new(&file.name))
+    }
+
     /// The module that a comment names.
     pub(crate) fn module(&self) -> Option<&'static Module> {
         declared(self.assembly.as_ref()?)

@@ -23,6 +23,7 @@ use crate::lookup;
 use crate::output;
 use crate::print;
 use crate::program::{self, Refusals, SourceArgs};
+use crate::sources::{self, is_dash};
 use crate::time;
 use crate::virtual_args::VirtualArgs;
 use listing::Listing;
@@ -96,20 +97,20 @@ Examples:
   tmcl sim sorter.tmc --until 10s --input 3=high --variable 42=1000 --trace
   tmcl sim sorter.tmc --record sorter.csv --rate 1000 --plot sorter.svg";
 
-fn no_module() -> Failure {
-    Failure::usage("it is not said on which module the program runs").help(
-        "--module NAME says it, or a line `// module: NAME` in the program; `tmcl modules` lists \
-         them",
-    )
-}
-
 /// Runs the program.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let chosen = args.module.as_deref().map(lookup::module).transpose()?;
     let outputs: Vec<&Path> = args.record.iter().chain(&args.plot).map(PathBuf::as_path).collect();
-    output::keep_apart(&outputs, [&*args.file])?;
-    let named = args.module.as_deref().map(lookup::module).transpose()?;
-    let program = program::load(&args.file, &args.source, named, Refusals::Tell)?;
-    let model = named.or_else(|| program.module()).ok_or_else(no_module)?;
+    if outputs.iter().any(|file| is_dash(file)) {
+        return Err(Failure::usage("standard output has the summary already")
+            .help("name a file for the recording or the picture"));
+    }
+    let program = program::load(&args.file, &args.source, chosen, Refusals::Tell)?;
+    output::keep_apart(&outputs, program.files().chain([&*args.file]))?;
+    let model = chosen.or_else(|| program.module()).ok_or_else(|| {
+        let message = format!("{} does not say for which module it is", sources::shown(&args.file));
+        Failure::usage(message).help("--module NAME does; so does `// module: NAME` in the source")
+    })?;
     let listing = Listing::new(&program);
     let mut run = Run::new(model, args.virtual_module.options(), &program.commands)?;
     set_up(&mut run, model, args)?;

@@ -152,15 +152,15 @@ pub(crate) struct Wanted {
     pub(crate) help: &'static str,
 }
 
+/// Whether a file's name says that it holds a source.
+pub(crate) fn is_source(file: &Path) -> bool {
+    let extension = file.extension().unwrap_or_default();
+    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
 /// Sources of programs.
-pub(crate) const PROGRAMS: Wanted = Wanted {
-    is_it: |path| {
-        let extension = path.extension().unwrap_or_default();
-        EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
-    },
-    what: ".tmc files",
-    help: "name the files themselves",
-};
+pub(crate) const PROGRAMS: Wanted =
+    Wanted { is_it: is_source, what: ".tmc files", help: "name the files themselves" };
 
 /// The files that are meant by files and folders: of a folder all that are wanted in it and in its
 /// folders, in order of their names, without hidden ones.

@@ -15,7 +15,8 @@ use opentmcl_wire::Duration;
 
 use crate::failure::Failure;
 use crate::output;
-use crate::program::SourceArgs;
+use crate::program::{self, SourceArgs};
+
 use crate::program_files::ProgramFiles;
 use crate::sources::{self, Wanted};
 use crate::time;
@@ -70,6 +71,14 @@ const TESTS: Wanted = Wanted {
 
 /// Runs the tests.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    // Who names a program wants it tested, and has to say how.
+    let is_program = |file: &&PathBuf| sources::is_source(file) || program::is_binary(file);
+    if let Some(file) = args.files.iter().find(is_program) {
+        let message = format!("{} is a program, not a test of one", file.display());
+        return Err(
+            Failure::usage(message).help("a test is a file *.test.txt with the line: program FILE")
+        );
+    }
     let files = sources::expand(&args.files, TESTS)?;
     let outputs: Vec<&Path> = args.lcov.iter().chain(&args.junit).map(PathBuf::as_path).collect();
     output::keep_apart(&outputs, files.iter().map(PathBuf::as_path))?;
@@ -111,6 +120,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.junit {
         written.push((file.as_path(), junit::text(&results).into_bytes()));
     }
+    let sources = tests.programs.programs().flat_map(|(_, program)| program.files());
+    output::keep_apart(&outputs, sources)?;
     // What is written to standard output comes behind all that is there already.
     out.flush()?;
     drop(out);

@@ -238,6 +238,9 @@ impl<'a> Parser<'a> {
                             write the command, for example > SIO 1, 2, 1"
                     .into());
             }
+            [word, ..] if let Some((_, form)) = FORMS.iter().find(|(name, _)| name == word) => {
+                return Err(format!("{line:?} is not complete or has too much; write {form}"));
+            }
             _ => {
                 return Err(format!(
                     "{line:?} is no step; write > and a command, wait 10 ms, wait until a \
@@ -249,6 +252,14 @@ impl<'a> Parser<'a> {
         })
     }
 }
+
+/// How steps are written whose first word is right and the rest is not.
+const FORMS: [(&str, &str); 4] = [
+    ("wait", "wait 500 ms, or wait until and a condition"),
+    ("input", "input 3 high or input 3 low"),
+    ("analog", "analog 0 1234"),
+    ("run", "run, or run at and a label or an address"),
+];
 
 fn port(name: &str) -> Result<Line, String> {
     match name {
@@ -354,6 +365,22 @@ mod tests {
         let lines: Vec<_> = commands.iter().map(|command| command.line).collect();
         assert_eq!(lines, [3, 5]);
         assert_eq!(commands[1].command, Command::new(22, 0, 0, 5));
+    }
+
+    #[test]
+    fn a_step_with_the_right_word_and_a_wrong_rest_is_answered_with_its_form() {
+        for (line, form) in [
+            ("wait 5", "wait 500 ms, or wait until and a condition"),
+            ("wait 5 ms long", "wait 500 ms, or wait until and a condition"),
+            ("input 3 hi", "input 3 high or input 3 low"),
+            ("analog 0", "analog 0 1234"),
+            ("run from 5", "run, or run at and a label or an address"),
+        ] {
+            let found = mistakes(&format!("module tmcm-6214\n{line}\n"));
+            let right =
+                format!("test.txt:2: {line:?} is not complete or has too much; write {form}");
+            assert_eq!(found, [right]);
+        }
     }
 
     #[test]

@@ -219,7 +219,7 @@ impl Panel {
             }
         };
         // Turned, its middle beside the middle of the panel.
-        svg.turned_text(130, top + height / 2, &title);
+        svg.turned_text(105, top + height / 2, &title);
     }
 }
 

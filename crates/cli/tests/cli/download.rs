@@ -326,6 +326,7 @@ fn verify_finds_what_no_reply_shows() {
     assert_eq!(
         String::from_utf8(output.stderr).unwrap(),
         "error: address 1 holds MVP REL, 0, 6400 instead of MVP ABS, 0, 6400\n\
-         help: download it again; if it stays so, check the line\n"
+         help: does another program talk to the module? What it sends during a download is stored, \
+         too; end it and download again, and if it stays so, check the line\n"
     );
 }

@@ -437,13 +437,45 @@ fn the_picture_of_the_book_is_what_the_book_says() {
 }
 
 #[test]
-fn the_module_stands_in_the_program_or_on_the_command_line() {
+fn the_module_that_the_source_names_is_taken_unless_another_is_chosen() {
+    let source = Source::new("// module: tmcm-6214\nSTOP\n");
+    let file = source.file("test.tmc");
+    let summary = stdout_of(&["sim", file.to_str().unwrap()]);
+    assert!(summary.starts_with("program    test.tmc, 1 command, on a TMCM-6214\n"), "{summary}");
+
+    let (status, errors) = failure_of(&["sim", file.to_str().unwrap(), "-m", "tmcm-0"]);
+    assert!(status == 2 && errors.contains("there is no module \"tmcm-0\""), "{errors}");
+}
+
+#[test]
+fn a_program_that_names_no_module_needs_the_option() {
     let source = Source::new("STOP\n");
     let file = source.file("test.tmc");
     let file = file.to_str().unwrap();
-    let (status, errors) = failure_of(&["sim", file]);
-    assert_eq!(status, 2);
-    assert!(errors.contains("--module NAME says it"), "{errors}");
-    fs::write(file, "// module: tmcm-6214\nSTOP\n").unwrap();
-    assert!(stdout_of(&["sim", file]).contains("TMCM-6214"));
+    let expected = format!(
+        "error: {file} does not say for which module it is\n\
+         help: --module NAME does; so does `// module: NAME` in the source\n"
+    );
+    assert_eq!(failure_of(&["sim", file]), (2, expected));
+}
+
+#[test]
+fn neither_picture_nor_recording_takes_the_place_of_the_program_or_of_the_other() {
+    let source = Source::new("#include part.inc\nSTOP\n");
+    fs::write(source.file("part.inc"), "MST 0\n").unwrap();
+    for name in ["test.tmc", "part.inc"] {
+        let file = source.file(name);
+        let before = fs::read(&file).unwrap();
+        for option in ["--plot", "--record"] {
+            let (status, errors) = source.failure(&[option, file.to_str().unwrap()]);
+            assert_eq!(status, 2, "{errors}");
+            assert!(errors.contains("is read, and would be overwritten"), "{errors}");
+            assert_eq!(fs::read(&file).unwrap(), before, "{option} {name}");
+        }
+    }
+    let both = source.file("both");
+    let both = both.to_str().unwrap();
+    let (status, errors) = source.failure(&["--plot", both, "--record", both]);
+    assert!(status == 2 && errors.contains("is named for two outputs"), "{errors}");
+    assert!(source.failure(&["--plot", "-"]).1.contains("standard output has the summary"));
 }

@@ -311,3 +311,33 @@ fn the_same_file_runs_through_conform_and_on_a_module_behind_a_port() {
         "{out}"
     );
 }
+
+#[test]
+fn results_take_the_place_of_no_test_and_no_program() {
+    let lab = lab("run\n");
+    for option in ["--junit", "--lcov"] {
+        for name in ["wait.test.txt", "wait.tmc"] {
+            let before = lab.bytes(name);
+            let (status, _, errors) = lab.run(&["test", option, name]);
+            let expected = format!("error: {name} is read, and would be overwritten\n");
+            assert!(status == 2 && errors.starts_with(&expected), "{errors}");
+            assert_eq!(lab.bytes(name), before, "{option}");
+        }
+    }
+}
+
+#[test]
+fn who_names_a_program_in_place_of_a_test_is_told_what_a_test_is() {
+    let lab = lab("run\n");
+    for name in ["wait.tmc", "wait.bin"] {
+        let (status, _, errors) = lab.run(&["test", name]);
+        assert_eq!(status, 2);
+        assert_eq!(
+            errors,
+            format!(
+                "error: {name} is a program, not a test of one\n\
+                 help: a test is a file *.test.txt with the line: program FILE\n"
+            )
+        );
+    }
+}

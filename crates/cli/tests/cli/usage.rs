@@ -34,6 +34,8 @@ fn an_unknown_module_is_answered_with_the_nearest_name() {
         &["modules", "tmcm6214"][..],
         &["serve", "tmcm6214"],
         &["exec", "-c", "virtual:tmcm6214", "GAP 1, 0"],
+        &["download", "-c", "virtual:tmcm-6214", "-m", "tmcm6214", "stage.tmc"],
+        &["lsp", "-m", "tmcm6214"],
     ] {
         let expected = "error: there is no module \"tmcm6214\"\n\
                         help: did you mean tmcm-6214? `tmcl modules` lists all\n";

@@ -93,12 +93,14 @@ impl NoSubject {
 
 fn no_condition(text: &str) -> String {
     let first = text.split_whitespace().next().unwrap_or_default();
-    let near = match SUBJECTS.contains(&first) {
-        true => String::new(),
-        false => nearest(first, SUBJECTS.into_iter()),
-    };
+    if !SUBJECTS.contains(&first) {
+        let near = nearest(first, SUBJECTS.into_iter());
+        if !near.is_empty() {
+            return format!("{text:?} is no condition{near}");
+        }
+    }
     format!(
-        "{text:?} is no condition{near}; write for example position 0 = 5000, position 0 reached, \
+        "{text:?} is no condition; write for example position 0 = 5000, position 0 reached, \
          speed 0 = 0, variable 42 > 3, output 1 high, input 3 low, analog 0 = 100..200, \
          program stopped, program running, program at Label, accumulator = 5 or x = 2"
     )

@@ -126,7 +126,10 @@ fn check_code(Text { text, location }: Text<'_>, findings: &mut Findings<'_>) {
             );
         }
         None => {
-            let message = format!("there is no finding {text}");
+            let message = match text {
+                "" => "a code is missing here".to_owned(),
+                _ => format!("there is no finding {text}"),
+            };
             let names = Code::ALL.iter().filter(|code| code.can_be_silenced());
             let near = nearest(text, names.map(|code| code.name()));
             findings.report(unknown(location, message, near, []));

@@ -116,6 +116,14 @@ fn the_assemblers_warnings_can_be_silenced_and_its_errors_cannot() {
 }
 
 #[test]
+fn a_code_that_is_left_out_is_told() {
+    says(
+        "STOP // tmcl-allow: unreachable-code,",
+        &[" | a code is missing here | write the code that a finding shows in square brackets"],
+    );
+}
+
+#[test]
 fn an_unknown_code_is_told_with_the_nearest_one() {
     says(
         "STOP // tmcl-allow: unreachable-cod, xyzzy",

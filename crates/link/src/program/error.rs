@@ -258,7 +258,11 @@ impl TransferError {
             Self::NotStorable { .. } => "commands from 128 on are for hosts only, and a module \
                                          executes them at once; is this a TMCL program?"
                 .into(),
-            Self::Different { .. } => "download it again; if it stays so, check the line".into(),
+            Self::Different { .. } => {
+                "does another program talk to the module? What it sends during a download is \
+                 stored, too; end it and download again, and if it stays so, check the line"
+                    .into()
+            }
             Self::NotKept { .. } => "does the module have this parameter?".into(),
             Self::Unknown { .. } => {
                 "look with `tmcl status -c URI`, then step again if the program is to go on".into()
