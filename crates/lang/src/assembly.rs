@@ -5,7 +5,6 @@ use opentmcl_wire::Command;
 use crate::constants::Constant;
 use crate::diagnostic::{Diagnostic, FileId, Location, Severity};
 use crate::names::{Entry, Names, Trees};
-use crate::span::Span;
 use crate::tree::{Line, Tree};
 
 /// A program, assembled as far as it can be.
@@ -146,19 +145,5 @@ impl Assembly {
     /// The text of a place.
     pub fn text(&self, location: Location) -> &str {
         location.span.of(self.file(location.file).tree.text())
-    }
-
-    /// Where the operand of an instruction is, counted from 0; its whole statement if it has no such
-    /// operand, and nowhere if the assembler has added the instruction.
-    pub fn operand_location(&self, instruction: &Instruction, operand: usize) -> Option<Location> {
-        let place = instruction.place?;
-        let tree = &self.file(place.file).tree;
-        let line = self.line(place)?;
-        let operands = tree.operands_of(line);
-        let span: Span = match operands.get(operand) {
-            Some(operand) => tree.expression_span(operand.expression),
-            None => tree.statement_span(line),
-        };
-        Some(Location { file: place.file, span })
     }
 }
