@@ -158,8 +158,7 @@ impl Target for VirtualTarget<'_> {
 
     fn set_analog(&mut self, number: u8, reading: u16) -> Result<(), TargetError> {
         self.look()?;
-        self.module.board_mut().set_analog_input(number, reading);
-        self.module.hardware_changed();
+        self.module.set_analog_input(number, reading);
         Ok(())
     }
 

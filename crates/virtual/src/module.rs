@@ -206,6 +206,12 @@ impl<F: NorFlash> VirtualModule<F> {
         self.hardware_changed();
     }
 
+    /// Sets the reading of an analog input, 0..=4095.
+    pub fn set_analog_input(&mut self, input: u8, reading: u16) {
+        self.board_mut().set_analog_input(input, reading);
+        self.hardware_changed();
+    }
+
     /// Switches the module off for good and gives its EEPROM back.
     pub fn into_flash(self) -> F {
         self.module.into_board().into_flash()
