@@ -80,8 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let refusals = Refusals::Fail;
     let assembly =
         program::assemble_valid(&args.file, &bytes, &args.source, module, refusals, format)?;
-    let own = assembly.files.iter().filter(|file| !file.built_in);
-    output::keep_apart(&files, own.map(|file| Path::new(&file.name)))?;
+    output::keep_apart(&files, program::files(&assembly))?;
 
     let mut texts = vec![(&*binary, binary::encode(assembly.commands()))];
     if let Some(file) = &args.symbols {

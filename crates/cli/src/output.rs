@@ -124,9 +124,15 @@ pub(crate) fn keep_apart<'a>(
 
 /// Whether two names lead to the same file.
 fn is_same(left: &Path, right: &Path) -> bool {
-    match (left.canonicalize(), right.canonicalize()) {
-        (Ok(left), Ok(right)) => left == right,
-        // One that is not there yet.
-        _ => left == right,
-    }
+    real(left) == real(right)
+}
+
+/// The one name that the system has for a file, also for one that is not there yet.
+fn real(file: &Path) -> PathBuf {
+    let beside = || {
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        Some(folder.join(file.file_name()?))
+    };
+    file.canonicalize().ok().or_else(beside).unwrap_or_else(|| file.to_owned())
 }

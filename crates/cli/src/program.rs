@@ -117,6 +117,12 @@ fn declared(assembly: &Assembly) -> Option<&'static Module> {
     opentmcl_catalog::find(check::declared_module(assembly)?.0)
 }
 
+/// The files of a program's source, without those that come with the tools.
+pub(crate) fn files(assembly: &Assembly) -> impl Iterator<Item = &Path> {
+    let own = assembly.files.iter().filter(|file| !file.built_in);
+    own.map(|file| Path::new(&file.name))
+}
+
 /// The commands of a binary.
 pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
     binary::decode(bytes).map_err(|bad| {
@@ -129,12 +135,6 @@ pub(crate) fn decode(file: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure>
 }
 
 impl Program {
-    /// The files of the source, without the built-in ones.
-    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
-        let files = self.assembly.iter().flat_map(|assembly| &assembly.files);
-        files.filter(|file| !file.built_in).map(|file| Path::new(&file.name))
-    }
-
     /// The module that a comment names.
     pub(crate) fn module(&self) -> Option<&'static Module> {
         declared(self.assembly.as_ref()?)

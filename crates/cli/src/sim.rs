@@ -106,7 +106,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             .help("name a file for the recording or the picture"));
     }
     let program = program::load(&args.file, &args.source, chosen, Refusals::Tell)?;
-    output::keep_apart(&outputs, program.files().chain([&*args.file]))?;
+    let own = program.assembly.iter().flat_map(program::files);
+    output::keep_apart(&outputs, own.chain([&*args.file]))?;
     let model = chosen.or_else(|| program.module()).ok_or_else(|| {
         let message = format!("{} does not say for which module it is", sources::shown(&args.file));
         Failure::usage(message).help("--module NAME does; so does `// module: NAME` in the source")
@@ -169,8 +170,7 @@ fn set_up(run: &mut Run, model: &'static Module, args: &Args) -> Result<(), Fail
                 input.max
             )));
         }
-        run.module.board_mut().set_analog_input(input.index, reading);
-        run.module.hardware_changed();
+        run.module.set_analog_input(input.index, reading);
     }
     for &(number, value) in &args.variable {
         let command = Command::new(Opcode::Sgp.number(), number, VARIABLE_BANK, value);

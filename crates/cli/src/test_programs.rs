@@ -16,7 +16,6 @@ use opentmcl_wire::Duration;
 use crate::failure::Failure;
 use crate::output;
 use crate::program::{self, SourceArgs};
-
 use crate::program_files::ProgramFiles;
 use crate::sources::{self, Wanted};
 use crate::time;
@@ -80,8 +79,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         );
     }
     let files = sources::expand(&args.files, TESTS)?;
-    let outputs: Vec<&Path> = args.lcov.iter().chain(&args.junit).map(PathBuf::as_path).collect();
-    output::keep_apart(&outputs, files.iter().map(PathBuf::as_path))?;
     let mut tests = Tests {
         args,
         filter: args.filter.as_deref().map(str::to_lowercase),
@@ -120,8 +117,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(file) = &args.junit {
         written.push((file.as_path(), junit::text(&results).into_bytes()));
     }
-    let sources = tests.programs.programs().flat_map(|(_, program)| program.files());
-    output::keep_apart(&outputs, sources)?;
+    let outputs: Vec<&Path> = written.iter().map(|(file, _)| *file).collect();
+    let programs = tests.programs.programs().filter_map(|(_, program)| program.assembly.as_ref());
+    let read = programs.flat_map(program::files).chain(files.iter().map(PathBuf::as_path));
+    output::keep_apart(&outputs, read)?;
     // What is written to standard output comes behind all that is there already.
     out.flush()?;
     drop(out);

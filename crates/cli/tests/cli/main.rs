@@ -8,6 +8,7 @@ mod control;
 mod disasm;
 mod download;
 mod exec;
+mod files;
 mod fmt;
 mod lab;
 mod modules;
