@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use opentmcl_link::program::Programmer;
+use opentmcl_link::program::Protection;
 use serde::Serialize;
 
 use crate::connect::ConnectArgs;
@@ -79,7 +79,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let identity = programmer.identity();
     let module = chosen.or_else(|| lookup::by_number(identity?.number));
     let commands = program::load(&args.file, &args.source, module, Refusals::Fail)?.commands;
-    must_not_be_protected(&mut programmer, args.verify)?;
+    let protection = programmer.protection()?;
+    must_not_be_protected(&protection, args.verify)?;
 
     let start = Instant::now();
     let mut progress = Progress::start("downloading", Some(commands.len()));
@@ -87,6 +88,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.verify {
         progress = Progress::start("verifying", Some(commands.len()));
         programmer.verify(&commands, &mut |done| progress.set(done))?;
+    } else if !protection.reading {
+        programmer.verify_end(&commands)?;
     }
     drop(progress);
     let seconds = start.elapsed().as_secs_f64();
@@ -110,8 +113,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     report(&done, args.json)
 }
 
-fn must_not_be_protected(programmer: &mut Programmer<'_>, verify: bool) -> Result<(), Failure> {
-    let protection = programmer.protection()?;
+fn must_not_be_protected(protection: &Protection, verify: bool) -> Result<(), Failure> {
     if protection.overwriting {
         let help = if protection.reading {
             "`tmcl exec -c URI 'SGP 81, 0, 0'` lifts the protection and erases the program"

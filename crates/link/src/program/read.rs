@@ -69,6 +69,23 @@ impl Programmer<'_> {
         Ok(())
     }
 
+    /// Looks whether the last command of a program that was just stored and the end mark are where
+    /// they should be. What another host has sent during the download was stored, too, and has moved
+    /// them: two requests find what nobody would notice otherwise.
+    ///
+    /// # Errors
+    /// As [`Programmer::verify`].
+    pub fn verify_end(&mut self, commands: &[Command]) -> Result<(), TransferError> {
+        let expected = (0..).zip(commands.iter().chain([&END_MARK]).take(self.memory));
+        for (address, &expected) in expected.skip(commands.len().saturating_sub(1)) {
+            let found = self.read_at(address)?;
+            if found != expected {
+                return Err(TransferError::Different { address, expected, found });
+            }
+        }
+        Ok(())
+    }
+
     /// The command of the program at an address; none behind the end of the program, and where a
     /// [protected](Programmer::protection) module shows nothing.
     ///

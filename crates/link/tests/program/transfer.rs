@@ -403,3 +403,22 @@ fn a_forgotten_download_mode_is_left_before_a_parameter_is_asked_for() {
     open(&mut line).unwrap().set_auto_start(true).unwrap();
     assert_eq!(line.memory(20), old_program());
 }
+
+#[test]
+fn the_end_of_a_program_tells_whether_something_has_slipped_in() {
+    let program = program();
+    let mut line = FaultyLine::of_kind(Line::Usb, &[]);
+    let mut host = open(&mut line).unwrap();
+    host.download(&program, &mut no_progress).unwrap();
+    host.verify_end(&program).unwrap();
+    // One command less was meant: there is one too many behind it, or in front of its end.
+    let (&last, shorter) = program.split_last().unwrap();
+    let moved = host.verify_end(shorter).unwrap_err();
+    let end = TransferError::Different { address: 9, expected: END_MARK, found: last };
+    assert_eq!(format!("{moved:?}"), format!("{end:?}"));
+    let mut other = program.clone();
+    other.swap(8, 9);
+    let moved = host.verify_end(&other).unwrap_err();
+    let differs = TransferError::Different { address: 9, expected: other[9], found: last };
+    assert_eq!(format!("{moved:?}"), format!("{differs:?}"));
+}
