@@ -2,6 +2,7 @@
 
 use super::fixture::Fixture;
 use crate::service::{Completion, CompletionKind};
+use crate::span::Span;
 
 fn complete(text: &str) -> Vec<Completion> {
     let fixture = Fixture::new(text);
@@ -212,14 +213,26 @@ fn files_and_modules_are_proposed_by_their_names() {
 }
 
 #[test]
-fn every_offset_of_a_broken_text_has_an_answer() {
+fn every_answer_about_a_broken_text_lies_within_it() {
     let text = "A:: MVP ,,(ABS 2*, )é€\r#include\n#\n= 5\nX = \n// module:\n200\nSAP 4 0 (((";
     for offset in 0..=text.len() as u32 + 2 {
         let fixture = Fixture::new(text);
         let service = fixture.service();
-        service.completion(fixture.file, offset);
-        service.hover(fixture.file, offset);
-        service.references(fixture.file, offset);
-        let _ = service.rename(fixture.file, offset, "B");
+        let whole = |span: Span| {
+            let range = span.start as usize..span.end as usize;
+            assert!(text.get(range).is_some(), "{span:?} at {offset}");
+        };
+        for proposal in service.completion(fixture.file, offset) {
+            whole(proposal.replace);
+        }
+        if let Some(hover) = service.hover(fixture.file, offset) {
+            whole(hover.span);
+        }
+        for reference in service.references(fixture.file, offset) {
+            whole(reference.location.span);
+        }
+        for edit in service.rename(fixture.file, offset, "B").into_iter().flatten() {
+            whole(edit.location.span);
+        }
     }
 }
