@@ -13,4 +13,6 @@
 //! accesses give the same answers on every platform.
 #![forbid(unsafe_code)]
 
+pub mod axis;
+pub mod machine;
 pub mod tmc5160;

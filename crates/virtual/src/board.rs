@@ -3,7 +3,7 @@
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, PortBehaviour};
 use opentmcl_firmware::{Analog, Board};
-use opentmcl_plant::tmc5160::Tmc5160;
+use opentmcl_plant::axis::Axis;
 use opentmcl_wire::Instant;
 
 use crate::flash::MemoryFlash;
@@ -13,7 +13,7 @@ use crate::flash::MemoryFlash;
 pub struct VirtualBoard<F = MemoryFlash> {
     model: &'static Module,
     now: Instant,
-    chips: Vec<Tmc5160>,
+    axes: Vec<Axis>,
     /// When each chip next changes by itself, after `now`; kept until the chip is touched.
     events: Vec<Foreseen>,
     digital_inputs: u8,
@@ -46,7 +46,7 @@ impl<F> VirtualBoard<F> {
         Self {
             model,
             now: Instant::from_ticks(0),
-            chips: (0..axes).map(|_| Tmc5160::new()).collect(),
+            axes: (0..axes).map(|_| Axis::new()).collect(),
             events: vec![Foreseen::Unknown; axes],
             digital_inputs: levels(model, PortBehaviour::DigitalInput),
             digital_outputs: 0,
@@ -98,9 +98,9 @@ impl<F> VirtualBoard<F> {
         self.flash
     }
 
-    fn touch(&mut self, axis: u8) -> Option<&mut Tmc5160> {
+    fn touch(&mut self, axis: u8) -> Option<&mut Axis> {
         *self.events.get_mut(usize::from(axis))? = Foreseen::Unknown;
-        self.chips.get_mut(usize::from(axis))
+        self.axes.get_mut(usize::from(axis))
     }
 }
 
@@ -120,12 +120,12 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     fn next_event(&mut self) -> Option<Instant> {
         let now = self.now;
         let mut next: Option<Instant> = None;
-        for (foreseen, chip) in self.events.iter_mut().zip(&self.chips) {
+        for (foreseen, axis) in self.events.iter_mut().zip(&mut self.axes) {
             let event = match *foreseen {
                 Foreseen::At(None) => None,
                 Foreseen::At(Some(at)) if at > now => Some(at),
                 _ => {
-                    let event = chip.next_event(now);
+                    let event = axis.next_event(now);
                     *foreseen = Foreseen::At(event);
                     event
                 }
@@ -139,7 +139,7 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
 
     fn read_register(&mut self, axis: u8, address: u8) -> u32 {
         let now = self.now;
-        self.chips.get_mut(usize::from(axis)).map_or(0, |chip| chip.read(address, now))
+        self.axes.get_mut(usize::from(axis)).map_or(0, |axis| axis.read(address, now))
     }
 
     fn write_register(&mut self, axis: u8, address: u8, value: u32) {

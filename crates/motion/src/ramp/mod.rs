@@ -114,6 +114,27 @@ pub enum Phase {
     Decelerating,
 }
 
+/// A part of a plan with constant acceleration, from a time on until the next part begins.
+///
+/// Positions and speeds are exact: a position counts 2^-42 microstep, a speed 2^-17 of a register unit,
+/// an acceleration is that of the registers. Positions of one plan are not wrapped to 32 bits, so that
+/// the difference of two of them is the way between.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stretch {
+    /// When it begins.
+    pub from: Instant,
+    /// When the next one begins; none if it goes on until the next planning.
+    pub until: Option<Instant>,
+    /// Position at `from` in 2^-42 microstep.
+    pub position: i128,
+    /// Velocity at `from` in 2^-17 of a register unit, with the direction as its sign.
+    pub velocity: i64,
+    /// Change of the velocity per clock.
+    pub acceleration: i32,
+    /// What the ramp does.
+    pub phase: Phase,
+}
+
 /// Constant acceleration from `start` to the start of the next segment.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
@@ -266,6 +287,21 @@ impl Ramp {
             .map(|segment| segment.start)
             .find(|&start| time < start);
         after_wait.into_iter().chain(boundary).min().map(Instant::from_ticks)
+    }
+
+    /// The part of the plan at this time.
+    pub fn stretch(&self, time: Instant) -> Stretch {
+        let time = time.as_ticks();
+        let segment = self.segment(time);
+        let until = self.planned().map(|segment| segment.start).find(|&start| time < start);
+        Stretch {
+            from: Instant::from_ticks(segment.start),
+            until: until.map(Instant::from_ticks),
+            position: segment.position,
+            velocity: segment.velocity,
+            acceleration: segment.acceleration,
+            phase: segment.phase,
+        }
     }
 
     /// Makes the plan from the state at `now`.

@@ -27,6 +27,9 @@
 mod current;
 mod microstep;
 pub mod registers;
+mod sense;
+
+pub use sense::{Coils, Sense};
 
 use opentmcl_motion::ramp::{Limits, Mode, Phase, Ramp};
 use opentmcl_motion::{Duration, Instant};
