@@ -49,6 +49,9 @@ fn head(row: &mut Row<'_>, file: &str, head: &data::Head) {
     if !(1..=8).contains(&head.axes) {
         row.fault(format_args!("axes {} must be 1 to 8", head.axes));
     }
+    if head.peak_current_ma == 0 {
+        row.fault(format_args!("peak_current_ma must be the amplitude that a driver gives, not 0"));
+    }
 }
 
 fn axis_parameters(faults: &mut Vec<String>, file: &str, module: &File) {

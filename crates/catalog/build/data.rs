@@ -40,6 +40,7 @@ pub(crate) struct Head {
     pub(crate) firmware: (u8, u8),
     pub(crate) version: String,
     pub(crate) axes: u8,
+    pub(crate) peak_current_ma: u16,
 }
 
 #[derive(Debug, Deserialize)]

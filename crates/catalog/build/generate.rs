@@ -116,7 +116,8 @@ fn write_module(out: &mut String, module: &File) -> Result {
     writeln!(out, "    name: {:?},\n    title: {:?},", head.name, head.title)?;
     writeln!(out, "    description: {:?},\n    number: {},", head.description, head.number)?;
     writeln!(out, "    firmware: {:?},\n    version: *b{:?},", head.firmware, head.version)?;
-    writeln!(out, "    axes: {},\n    ratings: &[", head.axes)?;
+    writeln!(out, "    axes: {},\n    peak_current_ma: {},", head.axes, head.peak_current_ma)?;
+    writeln!(out, "    ratings: &[")?;
     for row in &module.rating {
         writeln!(out, "        Rating {{ name: {:?}, value: {:?} }},", row.name, row.value)?;
     }

@@ -37,6 +37,8 @@ pub struct Module {
     pub version: [u8; 8],
     /// Number of axes.
     pub axes: u8,
+    /// Amplitude of the phase currents that a motor driver gives at most, in mA.
+    pub peak_current_ma: u16,
     /// Electrical and mechanical ratings.
     pub ratings: &'static [Rating],
     /// Axis parameters by number, ascending.

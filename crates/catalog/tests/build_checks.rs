@@ -21,6 +21,7 @@ number = 1
 firmware = [1, 2]
 version = "0001V102"
 axes = 2
+peak_current_ma = 1500
 
 [[rating]]
 name = "Supply voltage"
@@ -193,6 +194,11 @@ fn the_head_fits_the_file_and_the_protocol() {
          as \"6214V116\"",
     );
     expect("axes = 2", "axes = 9", "[module]: axes 9 must be 1 to 8");
+    expect(
+        "peak_current_ma = 1500",
+        "peak_current_ma = 0",
+        "[module]: peak_current_ma must be the amplitude that a driver gives, not 0",
+    );
     expect(
         "value = \"24 V\"",
         "value = \"\"",
@@ -554,6 +560,7 @@ fn the_generated_code_has_the_rows_in_order_and_one_variant_for_each_effect() {
         "Stored(&'static str),",
         "pub static TMCM_1: Module = Module {",
         "version: *b\"0001V102\"",
+        "peak_current_ma: 1500",
         "behaviour: AxisBehaviour::Axis(Axis::MaxSpeed)",
         "behaviour: AxisBehaviour::Stored(\"there is only one mode\")",
         "values: &[(-1, \"slow\"), (1, \"quick\")]",
