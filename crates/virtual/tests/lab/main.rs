@@ -45,6 +45,39 @@ name = "z"
 model = "tmcm-6214"
 "#;
 
+/// All that can be done to an axis, while it moves under load.
+const BUSY: &str = r#"
+[[module]]
+name = "xy"
+model = "tmcm-6214"
+at = [
+    { time = "300 ms", do = "press left axis 0" },
+    { time = "600 ms", do = ["free left axis 0", "load axis 0 5 N", "input 3 high"] },
+    { time = "900 ms", do = "block axis 0" },
+    { time = "1100 ms", do = "unblock axis 0" },
+    { time = "1300 ms", do = ["disconnect coil B axis 0", "temperature driver 150"] },
+    { time = "1500 ms", do = ["connect coil B axis 0", "set position axis 0 80 mm"] },
+    { time = "1900 ms", do = "torque off input 0" },
+    { time = "2000 ms", do = ["torque on input 0", "press home axis 0", "supply 18 V"] },
+]
+
+[[module.axis]]
+axis = 0
+motor = "nema17"
+transmission = { screw = "5 mm" }
+load = { mass = "2 kg", friction = "4 N", gravity = "negative" }
+stage = { from = "-10 mm", to = "210 mm", start = "50 mm" }
+left = { at = "0 mm" }
+home = { at = "60 mm", width = "4 mm", bounce = "3 ms" }
+
+[[module.wave]]
+shape = "sine"
+low = "load axis 0 0 Nm"
+high = "load axis 0 0.05 Nm"
+period = "700 ms"
+start = "1 s"
+"#;
+
 fn lab(text: &str) -> Lab {
     Lab::new(Scenario::parse("lab.toml", text).unwrap_or_else(|mistakes| panic!("{mistakes}")))
 }
@@ -99,7 +132,7 @@ fn what_is_scheduled_happens_at_its_time_and_in_its_order() {
 #[test]
 fn a_lab_that_is_polled_often_is_in_the_same_state() {
     let run = |step: u64| {
-        let mut lab = lab(TWO);
+        let mut lab = lab(BUSY);
         for command in ["132 0, 0, 0", "GIO 3, 0", "AGP 5, 2", "JA 0", "133 0, 0, 0", "129 1, 0, 0"]
         {
             ask(&mut lab, 0, command);
