@@ -122,7 +122,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let program = program::load(&args.file, &args.source, chosen, Refusals::Tell)?;
     let own = program.assembly.iter().flat_map(program::files);
-    output::keep_apart(&outputs, own.chain([&*args.file]))?;
+    let around = args.scenario.as_deref().map(scenario::file);
+    output::keep_apart(&outputs, own.chain([&*args.file]).chain(around))?;
     let model = chosen.or_else(|| program.module()).ok_or_else(|| {
         let message = format!("{} does not say for which module it is", sources::shown(&args.file));
         Failure::usage(message).help("--module NAME does; so does `// module: NAME` in the source")
