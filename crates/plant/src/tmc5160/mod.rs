@@ -32,6 +32,7 @@ mod cool;
 mod current;
 mod encoder;
 mod field;
+mod insight;
 mod load;
 mod microstep;
 pub mod registers;
