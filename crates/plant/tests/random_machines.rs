@@ -1,7 +1,7 @@
 //! Any machine, driven by any writes: nothing panics, nothing becomes a NaN, nobody leaves the way or gains
 //! energy from nowhere, and looking on changes nothing.
 //!
-//! `MACHINES=100000` runs so many; otherwise a few dozen.
+//! `MACHINES=100000` runs so many; otherwise two thousand.
 
 use std::f64::consts::TAU;
 
@@ -187,7 +187,7 @@ fn run(seed: u64, looks: u64) -> (View, Vec<u32>) {
 }
 
 fn machines() -> u64 {
-    std::env::var("MACHINES").ok().and_then(|count| count.parse().ok()).unwrap_or(60)
+    std::env::var("MACHINES").ok().and_then(|count| count.parse().ok()).unwrap_or(2_000)
 }
 
 #[test]

@@ -133,11 +133,7 @@ impl Rig {
         let driven = matches!(self.drive, Drive::Field { .. });
         if speed == 0.0 && self.shaft.stays(at) {
             if driven && scene.turning && next.time.is_some() {
-                next.look_for(|time| {
-                    let speed = field.speed_at(time) * CLOCK;
-                    let available = self.shaft.available(self.drive, speed);
-                    self.shaft.catches(available, self.load(field, time), speed, 0.0)
-                });
+                next.look_for(|time| self.caught(field, time, at, 0.0).is_some());
             }
             return;
         }

@@ -126,16 +126,40 @@ impl Rig {
 
     /// The field at a time, in the rotor's coordinates, less the periods that the rotor has lost.
     pub(super) fn field_position(&self, field: &Field, time: Instant) -> f64 {
-        field.position_at(time) + self.origin - self.slipped as f64 * PERIOD
+        self.behind(self.slipped, field, time)
+    }
+
+    fn behind(&self, periods: i64, field: &Field, time: Instant) -> f64 {
+        field.position_at(time) + self.origin - periods as f64 * PERIOD
     }
 
     /// Part of the torque available that following takes, with its sign; infinite where there is none.
     pub(super) fn load(&self, field: &Field, time: Instant) -> f64 {
+        self.load_at(self.field_position(field, time), field, time)
+    }
+
+    fn load_at(&self, position: f64, field: &Field, time: Instant) -> f64 {
         let speed = field.speed_at(time) * CLOCK;
         let acceleration = field.acceleration * CLOCK * CLOCK;
-        let position = self.field_position(field, time);
         let demand = self.shaft.demand(position, speed, acceleration);
         if demand == 0.0 { 0.0 } else { demand / self.shaft.available(self.drive, speed) }
+    }
+
+    /// Whether the field catches a rotor that it does not guide, and how many periods that rotor then is
+    /// behind: of all positions of rest the field has, the nearest one takes it.
+    pub(super) fn caught(
+        &self,
+        field: &Field,
+        time: Instant,
+        rotor: f64,
+        speed: f64,
+    ) -> Option<i64> {
+        let periods =
+            libm::floor(self.behind(0, field, time) / PERIOD - rotor / PERIOD + 0.5) as i64;
+        let load = self.load_at(self.behind(periods, field, time), field, time);
+        let field_speed = field.speed_at(time) * CLOCK;
+        let available = self.shaft.available(self.drive, field_speed);
+        self.shaft.catches(available, load, field_speed, speed).then_some(periods)
     }
 
     /// The load as the driver feels it, 0..=1, in whatever state.
@@ -221,17 +245,12 @@ impl Rig {
             }
             return;
         }
-        // Of all positions of rest in the field, the nearest one.
-        let slipped = self.slipped;
-        let periods = (field.position_at(now) + self.origin - self.rotor) / PERIOD;
-        self.slipped = libm::floor(periods + 0.5) as i64;
-        let speed = field.speed_at(now) * CLOCK;
-        let available = self.shaft.available(self.drive, speed);
-        if self.shaft.catches(available, self.load(field, now), speed, self.speed) {
-            self.take_place(field, now);
-        } else {
-            self.slipped = slipped;
-            self.state = loose;
+        match self.caught(field, now, self.rotor, self.speed) {
+            Some(periods) => {
+                self.slipped = periods;
+                self.take_place(field, now);
+            }
+            None => self.state = loose,
         }
     }
 
