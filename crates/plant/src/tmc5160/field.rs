@@ -3,6 +3,9 @@
 //! The position counter is a number; the field is a thing. Writing XACTUAL, another microstep resolution,
 //! another direction of the shaft and the wrap of the counter change the one and leave the other where
 //! it is. The field counts 1/256 full steps ("fine steps") and never wraps.
+//!
+//! Between two microsteps it moves evenly, as with the interpolation of the chip. The last half of a
+//! microstep before a target it takes at once, as the ramp does.
 
 use opentmcl_motion::Instant;
 use opentmcl_motion::ramp::{Phase, Stretch};
