@@ -25,6 +25,8 @@ def command(number, kind, motor, value):
 
 def write(target, **seeds):
     folder = SEEDS / target
+    # Those of other targets may be written by hand.
+    shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     for name, data in seeds.items():
         (folder / name.replace("_", "-")).write_bytes(data)
@@ -189,9 +191,62 @@ def parameters():
     )
 
 
+# --- scenario: a scenario, `---`, lines to its modules -----------------------------------------
+
+STAGE = """\
+[[module]]
+name = "xy"
+model = "tmcm-6214"
+supply = "24 V"
+start = ["input 3 high", "analog 0 2 V"]
+[[module.axis]]
+axis = 3
+motor = "qsh4218-51-10-049"
+transmission = { screw = "5 mm", gear = 2 }
+backlash = "0.02 mm"
+load = { mass = "2.4 kg", friction = "3 N", viscous = "20 N s/m", gravity = "negative", \
+springs = [{ rate = "2 N/mm", rest = "10 mm" }], along = [["0 mm", "0 N"], ["9 mm", "-5 N"]] }
+stage = { from = "-10 mm", to = "210 mm", start = "50 mm" }
+left = { at = "0 mm", hysteresis = "0.1 mm", bounce = "2 ms" }
+right = { at = "200 mm", contact = "normally closed" }
+home = { at = "100 mm", width = "4 mm" }
+encoder = { counts = 4000, index = "1.2 mm", reversed = true, on = "stage" }
+"""
+TURNTABLE = """\
+[module]
+model = "tmcm-6214"
+eeprom = "a.bin"
+axis = [{ axis = 0, motor = { full_steps = 400, resistance = "2 ohm", inductance = "3 mH", \
+holding_torque = "50 Ncm", rated_current = "1 A", inertia = "57 g cm²" }, \
+transmission = { gear = 10 }, stage = { circular = true } }]
+at = [{ time = "10 ms", do = "block axis 0" }, { time = "5 ms", do = ["power off", "power on"] }]
+wave = [{ shape = "sine", low = "load axis 0 0 Nm", high = "load axis 0 0.1 Nm", period = "50 ms" }]
+port = [{ pty = "/dev/xy", faults = "drop 1%" }, { tcp = "4016" }]
+"""
+
+
+def scenario():
+    def lines(*actions):
+        return ("---\n" + "\n".join(actions) + "\n").encode()
+
+    write(
+        "scenario",
+        stage=STAGE.encode() + lines(
+            "press left axis 3", "set position axis 3 12.5 mm", "load axis 3 5 N", "free home axis 0",
+            "state", "disconnect coil B axis 4", "temperature driver 120 axis 1", "torque off input 1",
+        ),
+        turntable=TURNTABLE.encode() + lines(
+            "supply 18 V", "unblock axis 0", "power cycle", "scenario", "help", "watch 20", "unwatch",
+            "tmcm-6214: faults pty drop 2%", "analog 4 2048", "input 3 low", "schema",
+        ),
+        mistakes=b"[[module]]\nmodle = \"tmcm-6214\"\n[[module.axis]]\nmotor = 5\n",
+        no_toml=b"[[module]\nmodel = \"tmcm\n",
+    )
+
+
 if __name__ == "__main__":
-    shutil.rmtree(SEEDS, ignore_errors=True)
     mnemonics()
     decoder()
     interpreter()
     parameters()
+    scenario()

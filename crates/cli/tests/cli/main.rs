@@ -12,6 +12,7 @@ mod files;
 mod fmt;
 mod lab;
 mod modules;
+mod scenario;
 mod serve;
 mod sim;
 mod test_coverage;
