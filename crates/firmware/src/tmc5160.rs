@@ -124,8 +124,9 @@ impl<B: Board> Chip<'_, B> {
     pub(crate) fn ticks_until_braking(&mut self) -> u64 {
         let speed = u64::from(self.velocity().unsigned_abs());
         let distance = u64::from(self.target().wrapping_sub(self.position()).unsigned_abs());
-        let Limits { a_max, d_max, d1, .. } = self.state.settings;
-        let weakest = [a_max, d_max, d1].into_iter().filter(|&a| a != 0).min().unwrap_or(1);
+        // Those that hold now: an interpolated move has its own.
+        let limits = [AMAX, DMAX, D1].map(|address| self.read(address));
+        let weakest = limits.into_iter().filter(|&a| a != 0).min().unwrap_or(1);
         let braking = speed * speed / 256 / u64::from(weakest) + 1;
         let steady = distance.saturating_sub(braking);
         (steady << 24).checked_div(speed).unwrap_or(0)

@@ -94,6 +94,17 @@ fn modes_7_and_8_ignore_the_limit_switches() {
 }
 
 #[test]
+fn a_search_may_start_while_the_axis_runs_the_other_way() {
+    let mut bench = with_mode(stage_at(-20_000), 7);
+    bench.ask("ROR 3, 20000");
+    while bench.stage().place() < -1_000 {
+        bench.wait_ms(1);
+    }
+    // It needs 3913 microsteps to brake and so runs past the switch, which ends at 1500.
+    assert_close(searched(&mut bench), 500, "mode 7");
+}
+
+#[test]
 fn an_inverted_home_switch_is_open_where_it_was_closed() {
     for mode in 133..=136 {
         // Read inverted, the axis stands on the switch wherever home is not: it leaves it slowly.
