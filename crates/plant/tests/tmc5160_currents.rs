@@ -59,6 +59,20 @@ fn readings_above_the_range_lower_the_current_and_those_below_raise_it() {
 }
 
 #[test]
+fn after_a_change_of_the_current_the_count_begins_anew() {
+    // SEDN 2: every second reading from 96 on.
+    let mut chip = cooling(2 << 13 | 2);
+    let mut readings = |results: &[u16]| {
+        results.iter().for_each(|&result| chip.cool_reading(result, seconds(5)));
+        current(&mut chip, seconds(5))
+    };
+    assert_eq!(readings(&[96, 96]), 14);
+    assert_eq!(readings(&[96, 0]), 15, "one counted, then raised");
+    assert_eq!(readings(&[96]), 15);
+    assert_eq!(readings(&[96]), 14);
+}
+
+#[test]
 fn the_lowest_current_is_a_half_or_a_quarter_and_seup_is_the_step_up() {
     // 16/32 of full scale: a half is 8/32 (CS 7), a quarter 4/32 (CS 3).
     for (seimin, lowest) in [(0, 7), (1, 3)] {

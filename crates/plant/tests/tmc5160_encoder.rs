@@ -29,6 +29,7 @@ fn each_count_adds_the_constant() {
     for (mode, constant, counts, expected) in [
         (0, 1 << 16, 1_000, 1_000),
         (0, 3 << 15, 1_001, 1_501),
+        (0, 1 << 15, -1, -1),
         (0, (-(3i32 << 15)).cast_unsigned(), 1_000, -1_500),
         (DECIMAL, 12 << 16 | 8_000, 4_000, 51_200),
         (DECIMAL, (-13i32 << 16).cast_unsigned() | 2_000, 4_000, -51_200),

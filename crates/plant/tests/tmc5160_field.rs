@@ -54,6 +54,9 @@ fn the_field_goes_on_over_the_wrap_of_the_counter() {
     let after = Instant::from_ticks(80_000_000);
     assert!(chip.read(XACTUAL, after).cast_signed() < 0);
     let middle = chip.field(after).position_at(after);
+    let mut stalled = chip.clone();
+    stalled.stall(after);
+    assert!((stalled.field(after).position_at(after) - middle).abs() < 1e-6);
     chip.write(VMAX, 60_000, after);
     let replanned = chip.field(after).position_at(after);
     assert!(middle > before && (middle - replanned).abs() < 1e-6);

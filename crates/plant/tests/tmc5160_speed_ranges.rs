@@ -58,6 +58,18 @@ fn the_next_threshold_is_the_clock_in_which_it_is_crossed() {
 }
 
 #[test]
+fn a_comparison_remembers_a_speed_that_was_high_for_one_moment() {
+    // Braking from 4000 units, a TSTEP of 4194, with microsteps of two fine steps from there on: 8000 fine
+    // units, TSTEP 2097, faster than 3200. At 2700 units TSTEP is 3106: neither 2999 nor 3200 is passed.
+    let mut chip = chip(&[(GCONF, STEALTHCHOP), (TPWMTHRS, 3_200), (CHOPCONF, 0), (VMAX, 4_000)]);
+    chip.write(VMAX, 2_700, seconds(10));
+    assert!(stealth(&mut chip, seconds(10)));
+    chip.write(CHOPCONF, 1 << 24, seconds(10));
+    assert!(!stealth(&mut chip, seconds(20)));
+    assert_eq!(chip.read(TSTEP, seconds(20)), 3_106);
+}
+
+#[test]
 fn stealthchop_needs_a_speed_below_all_three_thresholds() {
     for threshold in [TPWMTHRS, TCOOLTHRS, THIGH] {
         let mut chip = chip(&[(GCONF, STEALTHCHOP), (threshold, 3_200), (VMAX, 5_000)]);
