@@ -261,8 +261,7 @@ fn only_settings_of_hardware_that_is_not_modelled_are_without_effect() {
         TMCM_6214.global_parameters.iter().filter(|row| stored(row)).map(|row| row.number);
     assert!([65, 69, 70, 71, 82, 83].into_iter().eq(numbers));
     let stored = |row: &AxisParameter| matches!(row.behaviour, AxisBehaviour::Stored(_));
-    let numbers = TMCM_6214.axis_parameters.iter().filter(|row| stored(row)).map(|row| row.number);
-    assert!([181, 195, 196, 197, 207, 212, 240].into_iter().eq(numbers));
+    assert!(!TMCM_6214.axis_parameters.iter().any(stored));
 }
 
 /// Registers of the TMC5160 run from a 16 MHz clock: a speed is V * 16e6 / 2^24, an acceleration

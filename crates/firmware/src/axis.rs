@@ -2,6 +2,8 @@
 
 use core::ops::{Index, IndexMut};
 
+use crate::search::Search;
+
 /// Number of an axis that the module has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct AxisNumber(u8);
@@ -67,8 +69,24 @@ pub(crate) struct AxisState {
     pub(crate) search_mode: i32,
     /// Speed to the reference switch, in the chip's unit.
     pub(crate) search_speed: u32,
-    /// State of the reference search; 0 none.
-    pub(crate) search_state: i32,
+    /// Speed at the reference switch, in the chip's unit.
+    pub(crate) switch_speed: u32,
+    /// The reference search under way.
+    pub(crate) search: Search,
+    /// During a search, which keeps the chip from stopping by itself: SW_MODE with the stops as set.
+    pub(crate) suspended_stops: Option<u32>,
+    /// During a search for the index: the encoder mode as set.
+    pub(crate) suspended_encoder_mode: Option<u32>,
+    /// Distance between the switches that the last search with two of them has found.
+    pub(crate) end_switch_distance: i32,
+    /// Position of the reference before the last search made it the origin.
+    pub(crate) last_reference_position: i32,
+    /// Speed above which a stall stops the axis, in the chip's unit; 0 never.
+    pub(crate) stall_speed: u32,
+    /// Why the firmware has stopped the axis (parameter 207).
+    pub(crate) errors: u8,
+    /// What a deviation of the encoder brings about besides stopping (parameter 240).
+    pub(crate) deviation_action: i32,
     /// Full steps of the motor per turn.
     pub(crate) motor_fullsteps: i32,
     /// Counts of the encoder per turn.

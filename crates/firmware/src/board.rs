@@ -16,7 +16,11 @@ pub trait Board {
     fn set_time(&mut self, now: Instant);
 
     /// When the hardware will next change something that the firmware reacts to (a target reached, a
-    /// switch), if that can be foreseen. Later than the time told last.
+    /// switch opening or closing, a stall, a deviation or null channel of an encoder), if that can be
+    /// foreseen. Later than the time told last.
+    ///
+    /// Asked only while something depends on it. A board that cannot foresee gives the time at which
+    /// the firmware shall look again, or calls [`crate::Module::hardware_changed`] at each change.
     fn next_event(&mut self) -> Option<Instant>;
 
     /// Value of a register (0..=127) of the motion chip of this axis; 0 where it cannot be read.

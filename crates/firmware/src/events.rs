@@ -59,6 +59,7 @@ impl<B: Board> Module<B> {
             for axis in AxisNumber::all(self.model.axes) {
                 self.stop_axis(axis);
             }
+            self.observe_touched();
         }
     }
 
@@ -105,7 +106,7 @@ impl<B: Board> Module<B> {
 
     /// Whether changes of the hardware have consequences at present.
     pub(crate) fn is_watching(&self) -> bool {
-        if self.arrivals.awaited != 0 {
+        if self.arrivals.awaited | self.searching | self.guards.axes() != 0 {
             return true;
         }
         self.cpu.is_active() && (self.waits_for_hardware() || self.watches_interrupts())
@@ -128,6 +129,11 @@ impl<B: Board> Module<B> {
 
     fn observe_axes(&mut self, axes: u8) {
         self.observe_arrivals(axes);
+        if axes & (self.searching | self.guards.axes()) != 0 {
+            self.observe_guards(axes);
+            self.observe_searches(axes);
+            self.plan_looks(axes);
+        }
         if self.watches_interrupts() {
             self.observe_levels();
         }
@@ -192,7 +198,7 @@ impl<B: Board> Module<B> {
         self.levels = self.read_levels();
     }
 
-    fn raise(&mut self, source: InterruptBehaviour, index: u8) {
+    pub(crate) fn raise(&mut self, source: InterruptBehaviour, index: u8) {
         if let Some(number) = self.interrupt_number(source, index) {
             self.interrupts.raise(number);
         }
@@ -217,7 +223,7 @@ impl<B: Board> Module<B> {
                 let (mut chip, _) = self.chip(axis);
                 chip.read_field(RAMP_STAT_STOP_LEFT) | chip.read_field(RAMP_STAT_STOP_RIGHT) != 0
             }
-            SEARCH => self.axes[axis].search_state == 0,
+            SEARCH => !self.axes[axis].search.is_active(),
             _ => true,
         }
     }

@@ -13,6 +13,7 @@
 //! - `commands`: what each family of commands does.
 //! - `cpu`, `program`, `interpreter`, `arithmetic`, `interrupts`: a program running on the module.
 //! - `watch`: what a program does, seen from outside.
+//! - `search`: the reference search; `guard`: stops by stall and by deviation of the encoder.
 //! - `globals`, `axis`: settings in memory; `storage`: settings in the EEPROM.
 //! - `tmc5160`: the driver of the motion chip, by registers only; `units`: its units.
 //!
@@ -37,11 +38,13 @@ mod cpu;
 mod direct;
 mod events;
 mod globals;
+mod guard;
 mod interpreter;
 mod interrupts;
 mod line;
 mod module;
 mod program;
+mod search;
 pub mod storage;
 mod tmc5160;
 mod units;

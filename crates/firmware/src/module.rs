@@ -11,6 +11,7 @@ use crate::board::Board;
 use crate::cpu::Cpu;
 use crate::events::{Arrivals, Heartbeat, Levels};
 use crate::globals::GlobalSettings;
+use crate::guard::Guards;
 use crate::interrupts::Interrupts;
 use crate::line::{Outbox, Port};
 use crate::program::{Download, Program};
@@ -61,6 +62,9 @@ pub struct Module<B> {
     pub(crate) arrivals: Arrivals,
     pub(crate) levels: Levels,
     pub(crate) heartbeat: Heartbeat,
+    /// Axes with a reference search; a mask.
+    pub(crate) searching: u8,
+    pub(crate) guards: Guards,
     pub(crate) outbox: Outbox,
     pub(crate) digital_outputs: u8,
 }
@@ -101,6 +105,8 @@ impl<B: Board> Module<B> {
             arrivals: Arrivals::default(),
             levels: Levels::default(),
             heartbeat: Heartbeat::default(),
+            searching: 0,
+            guards: Guards::default(),
             outbox: Outbox::new(),
             digital_outputs: 0,
         };
@@ -150,6 +156,8 @@ impl<B: Board> Module<B> {
         self.download = Download::default();
         self.interrupts = Interrupts::new();
         self.arrivals = Arrivals::default();
+        self.searching = 0;
+        self.guards = Guards::default();
         self.digital_outputs = 0;
         self.start();
     }
@@ -212,6 +220,7 @@ impl<B: Board> Module<B> {
             if hardware.is_some_and(|event| event <= due) {
                 self.observe();
             }
+            self.look_at_speeds();
             self.check_heartbeat();
             if self.cpu.is_active() {
                 self.interrupts.run_timers(self.now);
@@ -288,7 +297,7 @@ impl<B: Board> Module<B> {
 
     /// When the firmware next does something of its own accord.
     fn next_own_step(&self) -> Option<Instant> {
-        let mut next = self.heartbeat.deadline;
+        let mut next = earliest(self.heartbeat.deadline, self.guards.next_look);
         if self.cpu.is_active() {
             next = earliest(next, self.next_command());
             next = earliest(next, self.interrupts.next_timer());
@@ -303,7 +312,8 @@ impl<B: Board> Module<B> {
 
     /// Until when a program may run on undisturbed by anything but itself.
     pub(crate) fn next_disturbance(&mut self) -> Option<Instant> {
-        let own = earliest(self.heartbeat.deadline, self.interrupts.next_timer());
+        let own = earliest(self.heartbeat.deadline, self.guards.next_look);
+        let own = earliest(own, self.interrupts.next_timer());
         earliest(own, self.next_hardware_event())
     }
 

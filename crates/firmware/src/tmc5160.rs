@@ -15,6 +15,9 @@ use crate::axis::{AxisNumber, AxisState};
 use crate::board::Board;
 use registers::{Field, *};
 
+/// The largest value of an acceleration register.
+const STRONGEST: u32 = 0xFFFF;
+
 /// What is known of one chip beside what it tells itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Tmc5160 {
@@ -95,6 +98,46 @@ impl<B: Board> Chip<'_, B> {
     /// Whether target and actual position are equal.
     pub(crate) fn position_reached(&mut self) -> bool {
         self.read_field(RAMP_STAT_POSITION_REACHED) != 0
+    }
+
+    /// Whether the axis stands and will not move by itself: nothing to reach, or held by a switch.
+    pub(crate) fn is_at_rest(&mut self) -> bool {
+        if self.velocity() != 0 {
+            return false;
+        }
+        let status = self.read(RAMP_STAT);
+        EVENT_STOP_SWITCH.extract(status) != 0
+            || if self.is_positioning() {
+                RAMP_STAT_POSITION_REACHED.extract(status) != 0
+            } else {
+                RAMP_STAT_VELOCITY_REACHED.extract(status) != 0
+            }
+    }
+
+    /// Whether the encoder has deviated too far while the axis moves or is about to.
+    pub(crate) fn deviates_in_motion(&mut self) -> bool {
+        self.read(ENC_STATUS) & ENC_STATUS_DEVIATION != 0 && !self.is_at_rest()
+    }
+
+    /// Clocks for which an axis on its way to a target is sure to keep its speed, if it has reached
+    /// that. Braking takes V^2 / (2^8 A) microsteps (V per 2^24 clocks, A per 2^41 clocks^2).
+    pub(crate) fn ticks_until_braking(&mut self) -> u64 {
+        let speed = u64::from(self.velocity().unsigned_abs());
+        let distance = u64::from(self.target().wrapping_sub(self.position()).unsigned_abs());
+        // Those that hold now: an interpolated move has its own.
+        let limits = [AMAX, DMAX, D1].map(|address| self.read(address));
+        let weakest = limits.into_iter().filter(|&a| a != 0).min().unwrap_or(1);
+        let braking = speed * speed / 256 / u64::from(weakest) + 1;
+        let steady = distance.saturating_sub(braking);
+        (steady << 24).checked_div(speed).unwrap_or(0)
+    }
+
+    /// Stops with the largest deceleration there is, until the next motion command.
+    pub(crate) fn stop_hard(&mut self, axis: &mut AxisState) {
+        axis.scaled_limits = true;
+        self.write(AMAX, STRONGEST);
+        self.write(VMAX, 0);
+        self.write(RAMPMODE, RAMPMODE_VELOCITY_POSITIVE);
     }
 
     /// Turns with this speed, positive to the right. Only the maximum acceleration counts.

@@ -1,6 +1,6 @@
 //! The closed form against counters that know nothing of it: clock by clock, and by summing speeds.
 
-use opentmcl_motion::ramp::{Limits, Mode, Ramp};
+use opentmcl_motion::ramp::{Barred, Limits, Mode, Ramp};
 use opentmcl_motion::{Duration, Instant};
 use proptest::prelude::*;
 
@@ -134,6 +134,7 @@ fn short_moves_take_the_time_of_a_counter_that_decides_every_clock() {
             d1,
             vstop,
             zero_wait: Duration::from_ticks(0),
+            barred: Barred::default(),
         };
         let mut ramp = Ramp::new();
         ramp.plan(at(0), &limits);
@@ -171,6 +172,7 @@ fn any_limits() -> impl Strategy<Value = Limits> {
             d1,
             vstop,
             zero_wait: Duration::from_ticks(wait >> shift),
+            barred: Barred::default(),
         },
     )
 }
@@ -191,6 +193,7 @@ fn ordinary_limits() -> impl Strategy<Value = Limits> {
             d1,
             vstop,
             zero_wait: Duration::from_ticks(0),
+            barred: Barred::default(),
         },
     )
 }

@@ -1,6 +1,6 @@
 //! Single ramps whose course can be calculated by hand or counted clock by clock.
 
-use opentmcl_motion::ramp::{Limits, Mode, Phase, Ramp};
+use opentmcl_motion::ramp::{Barred, Limits, Mode, Phase, Ramp};
 use opentmcl_motion::{Duration, Instant, TICKS_PER_SECOND};
 
 /// The factory settings of the TMCM-6214: 51200 pps, 51200 pps², half of each below V1.
@@ -16,6 +16,7 @@ const FACTORY: Limits = Limits {
     d1: 220,
     vstop: 10,
     zero_wait: Duration::from_ticks(0),
+    barred: Barred { negative: false, positive: false, soft: false },
 };
 
 fn at(ticks: u64) -> Instant {

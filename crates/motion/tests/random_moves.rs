@@ -1,6 +1,6 @@
 //! A million random moves: every one ends on its target and keeps its limits on the way.
 
-use opentmcl_motion::ramp::{Limits, Mode, Phase, Ramp};
+use opentmcl_motion::ramp::{Barred, Limits, Mode, Phase, Ramp};
 use opentmcl_motion::{Duration, Instant};
 
 /// SplitMix64: a seed gives the same moves on every platform.
@@ -50,6 +50,7 @@ impl Random {
             zero_wait: Duration::from_ticks(
                 512 * u64::from(if self.chance(2) { 0 } else { self.magnitude(16) }),
             ),
+            barred: Barred::default(),
         }
     }
 }

@@ -9,8 +9,9 @@
 //! costs as much as reading it after a microsecond. `next_event` tells when a status flag will change
 //! next, which is how far virtual time may jump.
 //!
-//! A chip is a function of its accesses and their times. All arithmetic is in integers, so the same
-//! accesses give the same answers on every platform.
+//! A chip is a function of its accesses and their times. Registers follow from
+//! integers alone. Where a motor needs real numbers, as for the field that turns it, they come from sums
+//! and products. So the same accesses give the same answers on every platform.
 #![forbid(unsafe_code)]
 
 pub mod axis;

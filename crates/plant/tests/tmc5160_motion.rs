@@ -237,7 +237,9 @@ fn stealth_chop_is_on_below_its_threshold_speed() {
     chip.write(GCONF, 1 << 2, at(0));
     assert_eq!(chip.read(DRV_STATUS, at(0)) & STEALTH, STEALTH);
     chip.write(RAMPMODE, 1, at(0));
-    for (vmax, stealth) in [(5_000, STEALTH), (5_400, 0), (5_000, STEALTH)] {
+    // With the hysteresis of a sixteenth an axis gets faster than the threshold at
+    // TSTEP < 3200 * 15 / 16 - 1 = 2999, that is from 5595 units on (2^24 / 5595 = 2998.6).
+    for (vmax, stealth) in [(5_000, STEALTH), (5_594, STEALTH), (5_595, 0), (5_000, STEALTH)] {
         chip.write(VMAX, vmax, at(0));
         let mut chip = chip.clone();
         let cruising = wait_for(&mut chip, at(0), VELOCITY_REACHED);

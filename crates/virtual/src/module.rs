@@ -51,8 +51,9 @@ impl<F: NorFlash> VirtualModule<F> {
     pub fn with_setup(setup: &ModuleSetup, flash: F, options: Options) -> Self {
         let now = Instant::from_ticks(0);
         let config = Config { program_rate: options.program_rate };
+        let full_scale = f64::from(setup.model.peak_current_ma) / 1000.0;
         let axes = setup.axes.iter().map(|axis| match &axis.machine {
-            Some(machine) => Axis::with_machine(machine.clone()),
+            Some(machine) => Axis::with_machine(machine.clone(), full_scale),
             None => Axis::new(),
         });
         let board = VirtualBoard::with_axes(setup.model, axes.collect(), flash);

@@ -60,7 +60,7 @@ impl<B: Board> Module<B> {
         Ok(Outcome::Done)
     }
 
-    fn write_outputs(&mut self, levels: u8) {
+    pub(crate) fn write_outputs(&mut self, levels: u8) {
         self.digital_outputs = levels;
         self.board.set_digital_outputs(levels);
     }

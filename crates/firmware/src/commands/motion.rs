@@ -44,6 +44,7 @@ impl<B: Board> Module<B> {
 
     pub(super) fn stop(&mut self, axis: AxisNumber) -> Execution {
         for axis in self.group(axis) {
+            self.begin_motion(axis);
             self.stop_axis(axis);
         }
         Ok(Outcome::Done)
@@ -51,15 +52,11 @@ impl<B: Board> Module<B> {
 
     /// Stops one axis with its ramp and ends its reference search.
     pub(crate) fn stop_axis(&mut self, axis: AxisNumber) {
-        self.rotate_axis(axis, 0);
-        self.axes[axis].search_state = 0;
-    }
-
-    /// Turns one axis with a speed in the chip's units.
-    pub(super) fn rotate_axis(&mut self, axis: AxisNumber, velocity: i32) {
+        self.end_search(axis);
         self.give_up_target(axis);
         let (mut chip, state) = self.chip(axis);
-        chip.rotate(state, velocity);
+        chip.rotate(state, 0);
+        self.touch_guarded(axis);
     }
 
     pub(super) fn move_to(&mut self, kind: u8, motor: u8, value: i32) -> Execution {
@@ -95,8 +92,8 @@ impl<B: Board> Module<B> {
     }
 
     fn move_axis(&mut self, axis: AxisNumber, position: i32) {
+        self.begin_motion(axis);
         let (mut chip, state) = self.chip(axis);
-        state.search_state = 0;
         chip.move_to(state, position);
         self.give_up_target(axis);
         self.depart(axis, true);
@@ -147,8 +144,8 @@ impl<B: Board> Module<B> {
         let profile = axes.profile();
         for axis in chosen {
             let limits = profile.for_distance(distances[axis]);
+            self.begin_motion(axis);
             let (mut chip, state) = self.chip(axis);
-            state.search_state = 0;
             chip.move_to_within(state, targets[axis], limits);
             self.give_up_target(axis);
             self.depart(axis, true);

@@ -83,11 +83,16 @@ impl<B: Board> Module<B> {
                 let (mut chip, state) = self.chip(axis);
                 chip.set(state, parameter, value)?;
                 match parameter {
-                    Tmc5160::TargetPosition if chip.is_positioning() => self.depart(axis, false),
-                    Tmc5160::TargetSpeed => {
-                        self.axes[axis].search_state = 0;
-                        self.give_up_target(axis);
+                    Tmc5160::TargetPosition if chip.is_positioning() => {
+                        self.forget_deviation(axis);
+                        self.depart(axis, false);
                     }
+                    Tmc5160::TargetSpeed => {
+                        self.begin_motion(axis);
+                        self.give_up_target(axis);
+                        self.touch_guarded(axis);
+                    }
+                    Tmc5160::MaxEncoderDeviation => self.guard_deviation(axis, value != 0),
                     Tmc5160::MicrostepResolution => {
                         let (mut chip, state) = self.chip(axis);
                         chip.set_encoder_constant(state);
@@ -114,12 +119,19 @@ impl<B: Board> Module<B> {
     }
 
     fn axis_setting(&mut self, axis: AxisNumber, setting: Axis) -> i32 {
-        let state = &self.axes[axis];
+        let state = &mut self.axes[axis];
         match setting {
             Axis::HomeSwitch => i32::from(self.board.home_switch(axis.get())),
             Axis::RelativePositioningOption => state.relative_positioning_option,
             Axis::ReferenceSearchMode => state.search_mode,
             Axis::ReferenceSearchSpeed => speed(state, i64::from(state.search_speed)),
+            Axis::ReferenceSwitchSpeed => speed(state, i64::from(state.switch_speed)),
+            Axis::EndSwitchDistance => state.end_switch_distance,
+            Axis::LastReferencePosition => state.last_reference_position,
+            Axis::StopOnStall => speed(state, i64::from(state.stall_speed)),
+            // Reading clears them.
+            Axis::ExtendedErrorFlags => i32::from(core::mem::take(&mut state.errors)),
+            Axis::DeviationAction => state.deviation_action,
             Axis::MotorFullsteps => state.motor_fullsteps,
             Axis::EncoderResolution => state.encoder_resolution,
             Axis::GroupIndex => state.group_index,
@@ -149,6 +161,12 @@ impl<B: Board> Module<B> {
                 state.search_mode = value;
             }
             Axis::ReferenceSearchSpeed => state.search_speed = speed_to_register(state, value),
+            Axis::ReferenceSwitchSpeed => state.switch_speed = speed_to_register(state, value),
+            Axis::StopOnStall => {
+                let speed = speed_to_register(state, value);
+                self.guard_stall(axis, speed);
+            }
+            Axis::DeviationAction => state.deviation_action = value,
             Axis::MotorFullsteps => {
                 state.motor_fullsteps = value;
                 chip.set_encoder_constant(state);
@@ -160,13 +178,16 @@ impl<B: Board> Module<B> {
             Axis::GroupIndex => state.group_index = value,
             Axis::UnitMode => state.internal_units = value == 0,
             // Read-only, which the catalogue says.
-            Axis::HomeSwitch => return Err(Status::WRONG_TYPE),
+            Axis::HomeSwitch
+            | Axis::EndSwitchDistance
+            | Axis::LastReferencePosition
+            | Axis::ExtendedErrorFlags => return Err(Status::WRONG_TYPE),
         }
         Ok(())
     }
 
     /// Whether the catalogue gives this axis an encoder.
-    fn has_encoder(&self, axis: AxisNumber) -> bool {
+    pub(crate) fn has_encoder(&self, axis: AxisNumber) -> bool {
         self.model.axis_parameters.iter().any(|row| {
             row.axes & axis.bit() != 0
                 && row.behaviour == AxisBehaviour::Tmc5160(Tmc5160::EncoderPosition)

@@ -62,7 +62,7 @@ const fn field(parameter: Parameter) -> Option<Field> {
         Parameter::LoadValue => SG_RESULT,
         Parameter::DriverErrorFlags => DRIVER_FLAGS,
         Parameter::EncoderPosition => Field::whole(X_ENC),
-        Parameter::EncoderMode => ENCMODE_SETTINGS,
+        Parameter::MaxEncoderDeviation => Field::whole(ENC_DEVIATION),
         Parameter::ReverseShaft => GCONF_SHAFT,
         // These are computed. Named one by one so that a new row of the catalogue does not compile
         // before it has a place here.
@@ -86,6 +86,7 @@ const fn field(parameter: Parameter) -> Option<Field> {
         | Parameter::MicrostepResolution
         | Parameter::ChopperHysteresisEnd
         | Parameter::ChopperHysteresisStart
+        | Parameter::EncoderMode
         | Parameter::StallguardThreshold
         | Parameter::SmartenergyThresholdSpeed
         | Parameter::PwmThresholdSpeed
@@ -156,11 +157,15 @@ impl<B: Board> Chip<'_, B> {
             Parameter::MaxCurrent => self.write_field(IRUN, value as u32 / 8),
             Parameter::StandbyCurrent => self.write_field(IHOLD, value as u32 / 8),
             Parameter::RightLimitDisable => {
-                self.write_field(STOP_RIGHT_ENABLE, u32::from(value == 0))
+                self.set_stop(axis, STOP_RIGHT_ENABLE, value == 0);
             }
             Parameter::LeftLimitDisable => {
-                self.write_field(STOP_LEFT_ENABLE, u32::from(value == 0))
+                self.set_stop(axis, STOP_LEFT_ENABLE, value == 0);
             }
+            Parameter::EncoderMode => match &mut axis.suspended_encoder_mode {
+                Some(mode) => *mode = value as u32,
+                None => self.write_field(ENCMODE_SETTINGS, value as u32),
+            },
             Parameter::MicrostepResolution => self.write_field(MRES, (8 - value) as u32),
             Parameter::ChopperHysteresisEnd => self.set_hysteresis_end(value as u32),
             Parameter::ChopperHysteresisStart => return self.set_hysteresis_start(value as u32),
@@ -206,8 +211,12 @@ impl<B: Board> Chip<'_, B> {
             Parameter::MeasuredSpeed => self.measured_speed(axis),
             Parameter::MaxCurrent => self.read_field(IRUN) as i32 * 8,
             Parameter::StandbyCurrent => self.read_field(IHOLD) as i32 * 8,
-            Parameter::RightLimitDisable => i32::from(self.read_field(STOP_RIGHT_ENABLE) == 0),
-            Parameter::LeftLimitDisable => i32::from(self.read_field(STOP_LEFT_ENABLE) == 0),
+            Parameter::RightLimitDisable => i32::from(!self.stop_as_set(axis, STOP_RIGHT_ENABLE)),
+            Parameter::LeftLimitDisable => i32::from(!self.stop_as_set(axis, STOP_LEFT_ENABLE)),
+            Parameter::EncoderMode => {
+                let register = || self.read_field(ENCMODE_SETTINGS);
+                axis.suspended_encoder_mode.unwrap_or_else(register) as i32
+            }
             Parameter::MicrostepResolution => 8 - self.read_field(MRES).min(8) as i32,
             Parameter::ChopperHysteresisEnd => self.hysteresis_end(),
             Parameter::ChopperHysteresisStart => self.hysteresis_start(),
@@ -224,6 +233,19 @@ impl<B: Board> Chip<'_, B> {
             // All others are fields, read above.
             _ => 0,
         }
+    }
+
+    /// Switches the stop by a limit switch; during a reference search once that has ended.
+    fn set_stop(&mut self, axis: &mut AxisState, stop: Field, on: bool) {
+        match &mut axis.suspended_stops {
+            Some(stops) => *stops = stop.insert(*stops, u32::from(on)),
+            None => self.write_field(stop, u32::from(on)),
+        }
+    }
+
+    /// Whether a limit switch stops the axis, apart from a reference search.
+    fn stop_as_set(&mut self, axis: &AxisState, stop: Field) -> bool {
+        stop.extract(axis.suspended_stops.unwrap_or_else(|| self.read(SW_MODE))) != 0
     }
 
     /// Relates encoder counts to microsteps: X_ENC += ENC_CONST per count, 16.16, with a binary

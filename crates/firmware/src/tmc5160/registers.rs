@@ -32,7 +32,9 @@ pub(crate) const XLATCH: u8 = 0x36;
 pub(crate) const ENCMODE: u8 = 0x38;
 pub(crate) const X_ENC: u8 = 0x39;
 pub(crate) const ENC_CONST: u8 = 0x3A;
+pub(crate) const ENC_STATUS: u8 = 0x3B;
 pub(crate) const ENC_LATCH: u8 = 0x3C;
+pub(crate) const ENC_DEVIATION: u8 = 0x3D;
 pub(crate) const CHOPCONF: u8 = 0x6C;
 pub(crate) const COOLCONF: u8 = 0x6D;
 pub(crate) const DCCTRL: u8 = 0x6E;
@@ -43,7 +45,7 @@ pub(crate) const PWM_SCALE: u8 = 0x71;
 /// Registers that the chip gives back, as in the datasheet's R, R/W and R+C columns.
 const READABLE: [u8; 26] = [
     GCONF, 0x01, 0x02, 0x04, 0x07, 0x08, 0x0C, TSTEP, RAMPMODE, XACTUAL, VACTUAL, XTARGET, SW_MODE,
-    RAMP_STAT, XLATCH, ENCMODE, X_ENC, 0x3B, ENC_LATCH, 0x6A, 0x6B, CHOPCONF, DRV_STATUS,
+    RAMP_STAT, XLATCH, ENCMODE, X_ENC, ENC_STATUS, ENC_LATCH, 0x6A, 0x6B, CHOPCONF, DRV_STATUS,
     PWM_SCALE, 0x72, 0x73,
 ];
 
@@ -130,12 +132,25 @@ pub(crate) const STOP_RIGHT_ENABLE: Field = Field::new(SW_MODE, 1, 1);
 pub(crate) const STOP_LEFT_POLARITY: Field = Field::new(SW_MODE, 2, 1);
 pub(crate) const STOP_RIGHT_POLARITY: Field = Field::new(SW_MODE, 3, 1);
 pub(crate) const SWAP_LEFT_RIGHT: Field = Field::new(SW_MODE, 4, 1);
+pub(crate) const SG_STOP: Field = Field::new(SW_MODE, 10, 1);
 pub(crate) const SOFT_STOP: Field = Field::new(SW_MODE, 11, 1);
 pub(crate) const RAMP_STAT_STOP_LEFT: Field = Field::new(RAMP_STAT, 0, 1);
 pub(crate) const RAMP_STAT_STOP_RIGHT: Field = Field::new(RAMP_STAT, 1, 1);
+/// Whether a limit switch holds the axis, left and right.
+pub(crate) const EVENT_STOP_SWITCH: Field = Field::new(RAMP_STAT, 4, 2);
+pub(crate) const EVENT_STOP_SG: Field = Field::new(RAMP_STAT, 6, 1);
+pub(crate) const RAMP_STAT_VELOCITY_REACHED: Field = Field::new(RAMP_STAT, 8, 1);
 pub(crate) const RAMP_STAT_POSITION_REACHED: Field = Field::new(RAMP_STAT, 9, 1);
 pub(crate) const ENCMODE_DECIMAL: Field = Field::new(ENCMODE, 10, 1);
 pub(crate) const ENCMODE_SETTINGS: Field = Field::new(ENCMODE, 0, 10);
+/// What a null channel event triggers: bit 0 each one, bit 1 the next one only.
+pub(crate) const ENCMODE_ACTIONS: Field = Field::new(ENCMODE, 4, 2);
+pub(crate) const ENCMODE_LATCH_ONCE: u32 = 2;
+pub(crate) const ENCMODE_CLEAR: Field = Field::new(ENCMODE, 8, 1);
+pub(crate) const ENCMODE_LATCH_POSITION: Field = Field::new(ENCMODE, 9, 1);
+/// Bits of ENC_STATUS; written as 1 they are cleared.
+pub(crate) const ENC_STATUS_N_EVENT: u32 = 1;
+pub(crate) const ENC_STATUS_DEVIATION: u32 = 2;
 pub(crate) const TOFF: Field = Field::new(CHOPCONF, 0, 4);
 pub(crate) const HSTRT: Field = Field::new(CHOPCONF, 4, 3);
 pub(crate) const HEND: Field = Field::new(CHOPCONF, 7, 4);

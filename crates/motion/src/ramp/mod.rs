@@ -49,6 +49,27 @@ pub enum Mode {
     Hold,
 }
 
+/// Directions in which an axis must not move, as a limit switch tells.
+///
+/// An axis that moves in such a direction stops, and then does what the limits say as far as that leads
+/// the other way; where it would start in a barred direction it stands until the next planning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Barred {
+    /// No motion towards negative positions.
+    pub negative: bool,
+    /// No motion towards positive positions.
+    pub positive: bool,
+    /// The stop is a ramp, in every mode: DMAX above V1, D1 below, down to VSTOP. Otherwise the speed
+    /// is zero at once.
+    pub soft: bool,
+}
+
+impl Barred {
+    const fn bars(self, direction: i64) -> bool {
+        direction < 0 && self.negative || direction > 0 && self.positive
+    }
+}
+
 /// Target and limits of a ramp, in the units of the chip's registers.
 ///
 /// A speed of V is V microsteps per 2^24 clocks (0.953674 microsteps per second), used up to
@@ -78,6 +99,8 @@ pub struct Limits {
     pub vstop: u32,
     /// Time to stand still after every stop before the next movement.
     pub zero_wait: Duration,
+    /// Directions in which the axis must not move.
+    pub barred: Barred,
 }
 
 impl Default for Limits {
@@ -95,6 +118,7 @@ impl Default for Limits {
             d1: 0,
             vstop: 0,
             zero_wait: Duration::from_ticks(0),
+            barred: Barred { negative: false, positive: false, soft: false },
         }
     }
 }
@@ -312,10 +336,14 @@ impl Ramp {
     }
 
     /// Sets the position counter and plans anew with the same target and limits, so that in
-    /// position mode the axis moves to its target. The velocity stays as it is.
+    /// position mode the axis moves to its target. The velocity stays as it is, and so does the part of
+    /// a microstep by which the axis is off its counter.
     pub fn set_position(&mut self, now: Instant, position: i32) {
         let limits = self.limits;
-        self.replan(now.as_ticks(), &limits, Some(i128::from(position) << POSITION_SHIFT));
+        let now = now.as_ticks();
+        let exact = wrapped(self.segment(now).position_at(now));
+        let part = exact - (i128::from(microsteps(exact)) << POSITION_SHIFT);
+        self.replan(now, &limits, Some((i128::from(position) << POSITION_SHIFT) + part));
     }
 
     /// Stops at once, whatever the limits, and stands until the next planning.

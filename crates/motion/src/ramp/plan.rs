@@ -5,7 +5,7 @@
 use super::rates::{
     HALF_MICROSTEP, POSITION_SHIFT, Piece, Rates, SPEED_UNIT, cruise, distance, microsteps, wrapped,
 };
-use super::{Limits, MAX_SEGMENTS, Mode, Phase, Ramp, Segment};
+use super::{Barred, Limits, MAX_SEGMENTS, Mode, Phase, Ramp, Segment};
 
 impl Ramp {
     /// Plans from the state at `now`, or from that velocity at another position.
@@ -35,17 +35,26 @@ impl Ramp {
             residue: 0,
             same_speed_limit: self.limits.vmax == limits.vmax,
         };
+        let moving = velocity;
+        let velocity = if limits.barred.bars(velocity) {
+            planner.halt(velocity, limits.barred.soft);
+            0
+        } else {
+            velocity
+        };
+        let halted = planner.count;
         match limits.mode {
             Mode::Position => planner.move_to_target(velocity),
             Mode::VelocityPositive => planner.run(velocity, planner.rates.max),
             Mode::VelocityNegative => planner.run(velocity, -planner.rates.max),
             Mode::Hold => planner.keep(velocity),
         }
+        planner.cut(halted, limits.barred);
         self.limits = *limits;
         self.segments = planner.segments;
         self.count = planner.count;
         // An axis that stops in the instant of planning has no segment in which it moves.
-        self.stopped_before = if velocity == 0 { stopped } else { Some(now) };
+        self.stopped_before = if moving == 0 { stopped } else { Some(now) };
         self.braked = planner.braked;
         self.second_move = planner.second_move;
         self.arrival = planner.arrival;
@@ -100,6 +109,45 @@ impl Planner {
     fn cruise(&mut self, sign: i64, speed: i64, clocks: i128) {
         let clocks = i64::try_from(clocks).unwrap_or(i64::MAX);
         self.travel(sign, Piece { clocks, speed, acceleration: 0 }, Phase::Cruising);
+    }
+
+    /// The stop of an axis that moves in a barred direction.
+    fn halt(&mut self, velocity: i64, soft: bool) {
+        if soft {
+            for piece in self.rates.braking(velocity.abs()) {
+                self.travel(velocity.signum(), piece, Phase::Decelerating);
+            }
+            self.position = wrapped(self.position);
+        }
+        self.stopped = Some(self.time);
+    }
+
+    /// Lets the plan end where a motion in a barred direction would begin, looking from a segment on.
+    fn cut(&mut self, from: usize, barred: Barred) {
+        let begins = |segment: &Segment| {
+            let direction = match segment.velocity {
+                0 => i64::from(segment.acceleration),
+                velocity => velocity,
+            };
+            !segment.stands() && barred.bars(direction)
+        };
+        let Some(at) = (from..self.count).find(|&at| self.segments.get(at).is_some_and(begins))
+        else {
+            return;
+        };
+        if let Some(segment) = self.segments.get_mut(at) {
+            *segment = Segment::standstill(segment.start, segment.position);
+        }
+        self.count = at + 1;
+        // A wait for a motion that does not come is a standstill.
+        let before = at.checked_sub(1).and_then(|before| self.segments.get_mut(before));
+        if let Some(wait) = before.filter(|before| before.phase == Phase::Waiting) {
+            wait.phase = Phase::Standstill;
+            self.count = at;
+        }
+        self.arrival = None;
+        self.second_move = None;
+        self.braking_from = u64::MAX;
     }
 
     fn stand(&mut self) {

@@ -4,6 +4,7 @@
 //! positions and distances in steps of 1/256 full step ("fine steps"), positive as the position counter
 //! counts up. Whoever thinks in millimetres, newtons and gears converts before.
 
+mod load;
 pub mod motor;
 
 pub use motor::Motor;

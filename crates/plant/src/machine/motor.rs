@@ -66,3 +66,51 @@ pub const PRESETS: &[Preset] = &[
     preset("qsh6018-86-28-310", 2.8, 1.5, 6.8, 3.10, 0.0, 840.0),
     preset("nema17", 1.5, 1.5, 2.8, 0.40, 0.015, 54.0),
 ];
+
+impl Motor {
+    /// Pole pairs: a turn has as many electrical periods.
+    pub fn pole_pairs(&self) -> f64 {
+        f64::from(self.full_steps) / 4.0
+    }
+
+    /// Torque in Nm per ampere of amplitude, and back EMF of a phase in volt per rad/s.
+    ///
+    /// At the holding point both phases carry the rated RMS current, so that the current vector is longer
+    /// by the square root of two.
+    pub fn torque_constant(&self) -> f64 {
+        self.holding_torque / (core::f64::consts::SQRT_2 * self.rated_current)
+    }
+
+    /// Largest torque in Nm at a speed in rad/s, with this amplitude of the phase currents in ampere from
+    /// this supply in volt.
+    ///
+    /// At low speed the chopper keeps the amplitude, and the torque is that of the current. At high speed
+    /// the voltage no longer suffices: a synchronous machine with resistance R and inductance L on an
+    /// amplitude V gives at most `K (V/Z - K ω R/Z²)` with `Z² = R² + (p ω L)²`.
+    pub fn pull_out_torque(&self, speed: f64, amplitude: f64, supply: f64) -> f64 {
+        let constant = self.torque_constant();
+        let speed = speed.abs();
+        let reactance = self.pole_pairs() * speed * self.inductance;
+        let square = self.resistance * self.resistance + reactance * reactance;
+        let by_voltage = supply / square.sqrt() - constant * speed * self.resistance / square;
+        constant * amplitude.min(by_voltage).max(0.0)
+    }
+
+    /// Torque in Nm per rad/s with which shorted coils brake at a speed in rad/s.
+    pub fn short_circuit_brake(&self, speed: f64) -> f64 {
+        let constant = self.torque_constant();
+        let reactance = self.pole_pairs() * speed * self.inductance;
+        let square = self.resistance * self.resistance + reactance * reactance;
+        constant * constant * self.resistance / square
+    }
+
+    /// Amplitude in volt that drives this amplitude of current through a phase at a speed in rad/s, when
+    /// the load takes this part (-1..1) of the torque.
+    pub fn phase_voltage(&self, speed: f64, amplitude: f64, load: f64) -> f64 {
+        let emf = self.torque_constant() * speed.abs();
+        let reactance = self.pole_pairs() * speed.abs() * self.inductance;
+        let along = self.resistance * amplitude + emf * load.abs();
+        let across = reactance * amplitude + emf * (1.0 - load * load).max(0.0).sqrt();
+        (along * along + across * across).sqrt()
+    }
+}

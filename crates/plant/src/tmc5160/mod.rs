@@ -6,14 +6,17 @@
 //!
 //! # What is modelled
 //!
-//! - The ramp generator with all its registers, RAMP_STAT with its events, TSTEP, MSCNT, MSCURACT.
-//! - The standstill flag, the delayed and stepwise power-down of the motor current, the StealthChop
-//!   and full step flags of DRV_STATUS.
-//! - The reference inputs as bits of IOIN and RAMP_STAT. They do not stop or latch anything.
+//! - The ramp generator with all its registers, RAMP_STAT with its events, TSTEP, MSCNT, MSCURACT, and
+//!   the field that it turns, which GCONF.shaft reverses.
+//! - The stop switches and what latches at their edges, the stop by StallGuard2.
+//! - The thresholds of the speed: StealthChop, CoolStep, full steps, DcStep.
+//! - The motor current: the standstill flag, the delayed and stepwise power-down, CoolStep,
+//!   freewheeling, and what switches the driver off.
+//! - The encoder, and what the driver measures of a motor.
 //!
-//! Registers of the load measurement, the encoder and the stop functions exist and hold what is
-//! written, without an effect. GCONF.shaft turns the motor the other way and not the counters, so
-//! nothing of it can be seen in a register.
+//! The motor is not here: whoever has one asks for the [`Field`] and the [`Coils`], and tells what the
+//! driver would measure ([`Sense`]), when the encoder counts and when a switch closes. Without that the
+//! motor follows every step, and nothing is measured.
 //!
 //! # Readings
 //!
@@ -24,25 +27,39 @@
 //! - Changes of V1, D1 and DMAX take effect at once, also for a second acceleration.
 //! - VACTUAL reads as 24 bits: the reader extends the sign.
 
+mod coils;
+mod cool;
 mod current;
+mod encoder;
+mod field;
+mod insight;
+mod load;
 mod microstep;
 pub mod registers;
 mod sense;
+mod stops;
+mod thresholds;
 
+pub use field::Field;
 pub use sense::{Coils, Sense};
 
 use opentmcl_motion::ramp::{Limits, Mode, Phase, Ramp};
 use opentmcl_motion::{Duration, Instant};
 
-use current::Currents;
+use cool::Cool;
+use encoder::Counter;
+use field::Origin;
 use registers::{Access, RAMP_STAT_EVENTS, Register, register};
+use thresholds::Watch;
 
+const EVENT_STOP_SG: u32 = 1 << 6;
 const EVENT_POS_REACHED: u32 = 1 << 7;
 const VELOCITY_REACHED: u32 = 1 << 8;
 const POSITION_REACHED: u32 = 1 << 9;
 const VZERO: u32 = 1 << 10;
 const T_ZEROWAIT_ACTIVE: u32 = 1 << 11;
 const SECOND_MOVE: u32 = 1 << 12;
+const STATUS_SG: u32 = 1 << 13;
 
 /// TSTEP of an axis that is too slow to measure.
 const TSTEP_MAX: u32 = (1 << 20) - 1;
@@ -80,10 +97,20 @@ pub struct Tmc5160 {
     /// Events of the present plan that are to come.
     arrival: Option<Instant>,
     second_move: Option<Instant>,
-    /// MSCNT at XACTUAL = 0: MSCNT counts on when XACTUAL is overwritten.
-    microstep_origin: u32,
+    origin: Origin,
     left_input: bool,
     right_input: bool,
+    encoder: Counter,
+    watch: Watch,
+    cool: Cool,
+    /// What the load allows in DcStep.
+    speed_limit: Option<u32>,
+    /// Pin DRV_ENN.
+    enabled: bool,
+    /// What the driver measures; none as long as it is not known to have a motor.
+    sense: Option<Sense>,
+    /// Shorts that have switched the driver off.
+    shorts: u32,
 }
 
 impl Default for Tmc5160 {
@@ -108,24 +135,36 @@ impl Tmc5160 {
             events: 0,
             arrival: None,
             second_move: None,
-            microstep_origin: 0,
+            origin: Origin::default(),
             left_input: false,
             right_input: false,
+            encoder: Counter::default(),
+            watch: Watch::at_rest(Instant::from_ticks(0)),
+            cool: Cool::default(),
+            speed_limit: None,
+            enabled: true,
+            sense: None,
+            shorts: 0,
         }
     }
 
     /// Switches the chip off and on: all registers take their reset values, the axis stands at
-    /// position 0. The levels of the input pins stay, they come from outside.
+    /// position 0. The field goes to the nearest place where MSCNT is 0. What comes from outside stays:
+    /// the levels of the pins, the encoder, the motor.
     pub fn reset(&mut self, now: Instant) {
-        let (left_input, right_input) = (self.left_input, self.right_input);
-        *self = Self { powered_at: now, left_input, right_input, ..Self::new() };
-    }
-
-    /// Levels of the reference inputs REFL and REFR.
-    pub fn set_reference_inputs(&mut self, left: bool, right: bool, now: Instant) {
-        self.collect_events(now);
-        self.left_input = left;
-        self.right_input = right;
+        let fresh = Self::new();
+        *self = Self {
+            powered_at: now,
+            origin: self.nearest_period(now),
+            left_input: self.left_input,
+            right_input: self.right_input,
+            encoder: Counter::at(self.encoder.count),
+            watch: Watch::at_rest(now),
+            speed_limit: self.speed_limit,
+            enabled: self.enabled,
+            sense: self.sense,
+            ..fresh
+        };
     }
 
     /// Reads a register. A register that can only be written, or does not exist, reads as 0.
@@ -134,18 +173,18 @@ impl Tmc5160 {
         if register.access == Access::WriteOnly {
             return 0;
         }
-        self.collect_events(now);
+        self.settle(now);
         self.value(register, now)
     }
 
     /// Writes a register: the bits that exist, and only if it takes writes.
     pub fn write(&mut self, address: u8, value: u32, now: Instant) {
         let Some(register) = register(address) else { return };
-        self.collect_events(now);
+        self.settle(now);
         let value = value & register.mask();
         match register.access {
             Access::ReadOnly => {}
-            Access::WriteOneToClear(clearable) => self.clear(address, value & clearable),
+            Access::WriteOneToClear(clearable) => self.clear(address, value & clearable, now),
             Access::WriteOnly | Access::ReadWrite => self.set(address, value, now),
         }
     }
@@ -166,9 +205,9 @@ impl Tmc5160 {
         }
     }
 
-    fn clear(&mut self, address: u8, bits: u32) {
+    fn clear(&mut self, address: u8, bits: u32, now: Instant) {
         if address == registers::RAMP_STAT {
-            self.events &= !bits;
+            self.clear_events(bits, now);
         } else {
             self.store(address, self.stored(address) & !bits);
         }
@@ -180,24 +219,58 @@ impl Tmc5160 {
             // The plan is already the one for this value.
             return;
         }
+        self.mark(now);
         let at_target = self.is_at_target(now);
-        let mscnt = self.mscnt(now);
-        self.store(address, value);
+        let place = self.place(now);
         match address {
+            registers::X_ENC | registers::ENCMODE | registers::ENC_CONST => {
+                return self.set_encoder(address, value);
+            }
+            _ => self.store(address, value),
+        }
+        match address {
+            registers::TPWMTHRS | registers::TCOOLTHRS | registers::THIGH => {
+                return self.compare_anew(address, now);
+            }
             registers::XACTUAL => self.ramp.set_position(now, value.cast_signed()),
             registers::RAMPMODE..=registers::XTARGET => self.ramp.plan(now, &self.limits()),
-            registers::CHOPCONF => return self.keep_mscnt(mscnt, now),
+            registers::GCONF => return self.keep_field(place, now),
+            registers::CHOPCONF => {
+                self.keep_field(place, now);
+                self.notice_faults();
+                return self.plan_anew(now);
+            }
+            registers::SW_MODE | registers::VDCMIN => return self.plan_anew(now),
             _ => return,
         }
-        self.keep_mscnt(mscnt, now);
+        self.keep_field(place, now);
+        self.expect_events(at_target, now);
+    }
+
+    /// Plans the motion anew, if what it follows from has changed.
+    fn plan_anew(&mut self, now: Instant) {
+        let limits = self.limits();
+        if limits == *self.ramp.limits() {
+            return;
+        }
+        self.mark(now);
+        let place = self.place(now);
+        let at_target = self.is_at_target(now);
+        self.ramp.plan(now, &limits);
+        self.keep_field(place, now);
+        self.expect_events(at_target, now);
+    }
+
+    /// Takes the events of a new plan, made with the axis on its target or not.
+    fn expect_events(&mut self, at_target: bool, now: Instant) {
         let arrived_before = at_target && self.ramp.arrival() == Some(now);
         self.arrival = self.ramp.arrival().filter(|_| !arrived_before);
         self.second_move = self.ramp.second_move();
-        self.collect_events(now);
+        self.settle(now);
     }
 
     /// Notes what has happened up to now. Must precede every change of the plan.
-    fn collect_events(&mut self, now: Instant) {
+    fn settle(&mut self, now: Instant) {
         if self.arrival.take_if(|time| *time <= now).is_some() {
             self.events |= EVENT_POS_REACHED;
         }
@@ -219,13 +292,14 @@ impl Tmc5160 {
             a1: self.stored(registers::A1),
             v1: self.stored(registers::V1),
             amax: self.stored(registers::AMAX),
-            vmax: self.stored(registers::VMAX),
+            vmax: self.speed_ceiling(self.stored(registers::VMAX)),
             dmax: self.stored(registers::DMAX),
             d1: self.stored(registers::D1),
             vstop: self.stored(registers::VSTOP),
             zero_wait: Duration::from_ticks(
                 u64::from(self.stored(registers::TZEROWAIT)) * ZERO_WAIT_UNIT,
             ),
+            barred: self.barred(),
         }
     }
 
@@ -237,10 +311,12 @@ impl Tmc5160 {
             }
             registers::TSTEP => self.tstep(now),
             registers::XACTUAL => self.ramp.position(now).cast_unsigned(),
-            registers::VACTUAL => self.ramp.velocity(now).cast_unsigned(),
+            registers::VACTUAL => self.nominal_velocity(now).cast_unsigned(),
             registers::RAMP_STAT => self.ramp_stat(now),
             registers::MSCNT => self.mscnt(now),
             registers::MSCURACT => self.table().currents(self.mscnt(now)),
+            registers::X_ENC => self.encoder_position().cast_unsigned(),
+            registers::PWM_SCALE => self.pwm_scale(now),
             registers::DRV_STATUS => self.drv_status(now),
             address => self.stored(address),
         };
@@ -252,21 +328,14 @@ impl Tmc5160 {
     }
 
     fn ramp_stat(&self, now: Instant) -> u32 {
-        let mode = self.stored(registers::SW_MODE);
-        let swapped = mode >> 4 & 1 == 1;
-        let (left, right) = if swapped {
-            (self.right_input, self.left_input)
-        } else {
-            (self.left_input, self.right_input)
-        };
         let bit = |on: bool, mask: u32| if on { mask } else { 0 };
-        bit(left, 1) ^ (mode >> 2 & 1)
-            | (bit(right, 2) ^ (mode >> 2 & 2))
+        self.switch_status()
             | self.events & RAMP_STAT_EVENTS
             | bit(self.ramp.velocity_reached(now), VELOCITY_REACHED)
             | bit(self.is_at_target(now), POSITION_REACHED)
             | bit(self.ramp.velocity(now) == 0, VZERO)
             | bit(self.ramp.zero_wait_active(now), T_ZEROWAIT_ACTIVE)
+            | bit(self.stall_status(now), STATUS_SG)
     }
 
     /// Binary logarithm of the 1/256 steps in one microstep.
@@ -280,17 +349,6 @@ impl Tmc5160 {
             Some(clocks) => u32::try_from(clocks).unwrap_or(TSTEP_MAX).min(TSTEP_MAX),
             None => TSTEP_MAX,
         }
-    }
-
-    fn mscnt(&self, now: Instant) -> u32 {
-        let travelled = self.ramp.position(now).cast_unsigned() << self.microstep_shift();
-        self.microstep_origin.wrapping_add(travelled) % microstep::PERIOD
-    }
-
-    /// The position in the microstep table belongs to the motor: it stays when a register changes.
-    fn keep_mscnt(&mut self, mscnt: u32, now: Instant) {
-        self.microstep_origin =
-            self.microstep_origin.wrapping_add(mscnt).wrapping_sub(self.mscnt(now));
     }
 
     fn table(&self) -> microstep::Table {
@@ -314,20 +372,5 @@ impl Tmc5160 {
             }
             _ => None,
         }
-    }
-
-    fn drv_status(&self, now: Instant) -> u32 {
-        let standing = self.standing(now);
-        let currents =
-            Currents::new(self.stored(registers::IHOLD_IRUN), self.stored(registers::TPOWERDOWN));
-        let tstep = self.tstep(now);
-        let stealth = self.stored(registers::GCONF) >> 2 & 1 == 1
-            && tstep >= self.stored(registers::TPWMTHRS);
-        let full_step = self.stored(registers::CHOPCONF) >> 18 & 1 == 1
-            && tstep <= self.stored(registers::THIGH);
-        u32::from(stealth) << 14
-            | u32::from(full_step) << 15
-            | currents.actual(standing) << 16
-            | u32::from(current::stands(standing)) << 31
     }
 }

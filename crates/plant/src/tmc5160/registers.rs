@@ -71,13 +71,13 @@ pub const REGISTERS: &[Register] = &[
     rw(0x08, "FACTORY_CONF", 5, 0),
     w(0x09, "SHORT_CONF", 19, 0x0001_0606),
     w(0x0A, "DRV_CONF", 22, 0x0008_0400),
-    w(0x0B, "GLOBAL_SCALER", 8, 0),
+    w(GLOBAL_SCALER, "GLOBAL_SCALER", 8, 0),
     r(0x0C, "OFFSET_READ", 16, 0),
     w(IHOLD_IRUN, "IHOLD_IRUN", 20, 0x0007_0A03),
     w(TPOWERDOWN, "TPOWERDOWN", 8, 10),
     r(TSTEP, "TSTEP", 20, 0x000F_FFFF),
     w(TPWMTHRS, "TPWMTHRS", 20, 0),
-    w(0x14, "TCOOLTHRS", 20, 0),
+    w(TCOOLTHRS, "TCOOLTHRS", 20, 0),
     w(THIGH, "THIGH", 20, 0),
     rw(RAMPMODE, "RAMPMODE", 2, 0),
     rw(XACTUAL, "XACTUAL", 32, 0),
@@ -92,17 +92,17 @@ pub const REGISTERS: &[Register] = &[
     w(VSTOP, "VSTOP", 18, 1),
     w(TZEROWAIT, "TZEROWAIT", 16, 0),
     rw(XTARGET, "XTARGET", 32, 0),
-    w(0x33, "VDCMIN", 23, 0),
+    w(VDCMIN, "VDCMIN", 23, 0),
     rw(SW_MODE, "SW_MODE", 12, 0),
     // Standing on its target at VMAX = 0: velocity reached, position reached, speed zero.
     w1c(RAMP_STAT, "RAMP_STAT", 14, RAMP_STAT_EVENTS, 0b0111 << 8),
-    r(0x36, "XLATCH", 32, 0),
-    rw(0x38, "ENCMODE", 11, 0),
-    rw(0x39, "X_ENC", 32, 0),
-    w(0x3A, "ENC_CONST", 32, 65_536),
-    w1c(0x3B, "ENC_STATUS", 2, 0b11, 0),
-    r(0x3C, "ENC_LATCH", 32, 0),
-    w(0x3D, "ENC_DEVIATION", 20, 0),
+    r(XLATCH, "XLATCH", 32, 0),
+    rw(ENCMODE, "ENCMODE", 11, 0),
+    rw(X_ENC, "X_ENC", 32, 0),
+    w(ENC_CONST, "ENC_CONST", 32, 65_536),
+    w1c(ENC_STATUS, "ENC_STATUS", 2, 0b11, 0),
+    r(ENC_LATCH, "ENC_LATCH", 32, 0),
+    w(ENC_DEVIATION, "ENC_DEVIATION", 20, 0),
     w(MSLUT, "MSLUT[0]", 32, 0xAAAA_B554),
     w(0x61, "MSLUT[1]", 32, 0x4A95_54AA),
     w(0x62, "MSLUT[2]", 32, 0x2449_2929),
@@ -116,11 +116,11 @@ pub const REGISTERS: &[Register] = &[
     r(MSCNT, "MSCNT", 10, 0),
     r(MSCURACT, "MSCURACT", 25, 0x00F7_0000),
     rw(CHOPCONF, "CHOPCONF", 32, 0x1041_0150),
-    w(0x6D, "COOLCONF", 25, 0),
+    w(COOLCONF, "COOLCONF", 25, 0),
     w(0x6E, "DCCTRL", 24, 0),
     r(DRV_STATUS, "DRV_STATUS", 32, 10 << 16),
-    w(0x70, "PWMCONF", 32, 0xC40C_001E),
-    r(0x71, "PWM_SCALE", 25, 0),
+    w(PWMCONF, "PWMCONF", 32, 0xC40C_001E),
+    r(PWM_SCALE, "PWM_SCALE", 25, 0),
     r(0x72, "PWM_AUTO", 24, 0),
     r(0x73, "LOST_STEPS", 20, 0),
 ];
@@ -131,6 +131,8 @@ pub const GCONF: u8 = 0x00;
 pub const GSTAT: u8 = 0x01;
 /// Input pins and version.
 pub const IOIN: u8 = 0x04;
+/// Scale of all currents in 1/256; 0 counts as 256.
+pub const GLOBAL_SCALER: u8 = 0x0B;
 /// Standstill current 0-4, run current 8-12, delay of the steps between them 16-19.
 pub const IHOLD_IRUN: u8 = 0x10;
 /// Time from standstill to the beginning of the power-down, in 2^18 clocks.
@@ -139,6 +141,8 @@ pub const TPOWERDOWN: u8 = 0x11;
 pub const TSTEP: u8 = 0x12;
 /// Smallest TSTEP for StealthChop.
 pub const TPWMTHRS: u8 = 0x13;
+/// Largest TSTEP for CoolStep and the stop by StallGuard2.
+pub const TCOOLTHRS: u8 = 0x14;
 /// Largest TSTEP for the high-speed modes.
 pub const THIGH: u8 = 0x15;
 /// 0 position, 1 velocity positive, 2 velocity negative, 3 hold.
@@ -167,10 +171,26 @@ pub const VSTOP: u8 = 0x2B;
 pub const TZEROWAIT: u8 = 0x2C;
 /// Target position in microsteps.
 pub const XTARGET: u8 = 0x2D;
+/// Smallest speed for DcStep; 0 switches it off.
+pub const VDCMIN: u8 = 0x33;
 /// Configuration of the reference switches.
 pub const SW_MODE: u8 = 0x34;
 /// Status of ramp and switches.
 pub const RAMP_STAT: u8 = 0x35;
+/// Position latched by a switch or by the encoder's index.
+pub const XLATCH: u8 = 0x36;
+/// Configuration of the encoder.
+pub const ENCMODE: u8 = 0x38;
+/// Position of the encoder.
+pub const X_ENC: u8 = 0x39;
+/// What one count of the encoder adds to X_ENC.
+pub const ENC_CONST: u8 = 0x3A;
+/// Events of the encoder: bit 0 index, bit 1 deviation.
+pub const ENC_STATUS: u8 = 0x3B;
+/// X_ENC at the last index event.
+pub const ENC_LATCH: u8 = 0x3C;
+/// Largest deviation of X_ENC from XACTUAL; 0 switches the watch off.
+pub const ENC_DEVIATION: u8 = 0x3D;
 /// First of the eight registers of the microstep table.
 pub const MSLUT: u8 = 0x60;
 /// Segments of the microstep table.
@@ -183,8 +203,14 @@ pub const MSCNT: u8 = 0x6A;
 pub const MSCURACT: u8 = 0x6B;
 /// Chopper configuration; the microstep resolution is in bits 24-27.
 pub const CHOPCONF: u8 = 0x6C;
+/// Configuration of CoolStep and StallGuard2.
+pub const COOLCONF: u8 = 0x6D;
 /// Status of the driver.
 pub const DRV_STATUS: u8 = 0x6F;
+/// Configuration of StealthChop: amplitude 0-7, gradient 8-15, automatic scale 18, freewheeling 20-21.
+pub const PWMCONF: u8 = 0x70;
+/// Amplitude of StealthChop at present, bits 0-7.
+pub const PWM_SCALE: u8 = 0x71;
 
 /// Version of the chip, bits 24-31 of IOIN.
 pub const VERSION: u32 = 0x30;

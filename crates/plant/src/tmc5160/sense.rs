@@ -11,7 +11,16 @@ pub struct Sense {
     pub flags: u32,
 }
 
+/// DRV_STATUS bit ot.
+pub(super) const OVERTEMPERATURE: u32 = 1 << 25;
+
+/// DRV_STATUS bits s2ga and s2gb.
+pub(super) const SHORTS: u32 = 1 << 27 | 1 << 28;
+
 impl Sense {
+    /// The bits of `flags` that exist.
+    pub const FLAGS: u32 = 0b11_1111 << 25;
+
     /// A motor without load: StallGuard2 says what it says of an ideal axis.
     pub const IDEAL: Self = Self { stallguard: 0, pwm_scale: None, flags: 0 };
 }

@@ -170,6 +170,7 @@ fn axis_state<F: NorFlash>(module: &mut VirtualModule<F>, axis: u8) -> Option<Va
         lost_steps: view.lost_steps,
         rotor_state: match view.state {
             Rotor::Following => "following",
+            Rotor::Pressed => "pressed",
             Rotor::Slipping => "slipping",
             Rotor::Free => "free",
         },
