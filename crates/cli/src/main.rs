@@ -21,6 +21,7 @@ mod print;
 mod program;
 mod program_files;
 mod progress;
+mod recording;
 mod serve;
 mod sim;
 mod sources;

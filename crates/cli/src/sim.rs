@@ -23,6 +23,7 @@ use crate::lookup;
 use crate::output;
 use crate::print;
 use crate::program::{self, Refusals, SourceArgs};
+use crate::recording::Format;
 use crate::sources::{self, is_dash};
 use crate::time;
 use crate::virtual_args::VirtualArgs;
@@ -65,7 +66,8 @@ pub(crate) struct Args {
     /// Print each executed command
     #[arg(long)]
     trace: bool,
-    /// Write positions, speeds, program counter and outputs to a CSV file
+    /// Write positions, speeds, program counter, outputs and what machines do to a file: FILE.csv,
+    /// FILE.parquet or FILE.mcap
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Samples per second of the recording, 1..1000000
@@ -95,7 +97,8 @@ Examples:
   tmcl sim sorter.tmc
   tmcl sim sorter.bin --module tmcm-6214
   tmcl sim sorter.tmc --until 10s --input 3=high --variable 42=1000 --trace
-  tmcl sim sorter.tmc --record sorter.csv --rate 1000 --plot sorter.svg";
+  tmcl sim sorter.tmc --record sorter.csv --rate 1000 --plot sorter.svg
+  tmcl sim sorter.tmc --record sorter.mcap";
 
 /// Runs the program.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
@@ -104,6 +107,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if outputs.iter().any(|file| is_dash(file)) {
         return Err(Failure::usage("standard output has the summary already")
             .help("name a file for the recording or the picture"));
+    }
+    if let Some(path) = &args.record {
+        Format::of(path)?;
     }
     let program = program::load(&args.file, &args.source, chosen, Refusals::Tell)?;
     let own = program.assembly.iter().flat_map(program::files);
@@ -121,9 +127,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut trace =
         if args.trace { Some(Trace::new(&mut out, &listing, run.start)?) } else { None };
     let mut record = match &args.record {
-        Some(path) => {
-            Some(Record::create(path, model, run.start, args.rate, &args.record_variable)?)
-        }
+        Some(path) => Some(Record::create(path, &run.module, args.rate, &args.record_variable)?),
         None => None,
     };
     let mut picture = args.plot.as_ref().map(|_| Picture::new(&listing, run.start));

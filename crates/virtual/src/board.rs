@@ -3,7 +3,8 @@
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, PortBehaviour};
 use opentmcl_firmware::{Analog, Board};
-use opentmcl_plant::axis::Axis;
+use opentmcl_plant::axis::{Axis, View};
+use opentmcl_plant::machine::Machine;
 use opentmcl_wire::Instant;
 
 use crate::flash::MemoryFlash;
@@ -71,6 +72,16 @@ impl<F> VirtualBoard<F> {
     /// Sets the reading of an analog input, 0..=4095.
     pub fn set_analog_input(&mut self, input: u8, reading: u16) {
         self.analog_inputs[usize::from(input % 8)] = i32::from(reading.min(4095));
+    }
+
+    /// The machine behind an axis; none if it moves in empty space or if there is no such axis.
+    pub fn machine(&self, axis: u8) -> Option<&Machine> {
+        self.axes.get(usize::from(axis))?.machine()
+    }
+
+    /// What an axis really does at this time; none if there is no such axis.
+    pub fn view(&mut self, axis: u8, now: Instant) -> Option<View> {
+        self.axes.get_mut(usize::from(axis)).map(|axis| axis.view(now))
     }
 
     /// Levels of the general purpose outputs, bit n for output n.

@@ -32,5 +32,5 @@ pub use board::VirtualBoard;
 pub use flash::MemoryFlash;
 pub use module::{Options, VirtualModule};
 pub use opentmcl_firmware::{Answer, ErrorFlags, Executed, Flags, Line, Mode, Port, ProgramState};
-pub use recording::{Recorder, Sample};
+pub use recording::{MachineSample, Recorder, Sample};
 pub use watch::{Event, Travel, Watch};

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::Module as Model;
 use opentmcl_firmware::{Answer, Board as _, Config, Executed, Module, Port, ProgramState};
+use opentmcl_plant::axis::View;
 use opentmcl_wire::{Command, Duration, Instant, Reply, Status, serial};
 
 use crate::board::VirtualBoard;
@@ -143,6 +144,23 @@ impl<F: NorFlash> VirtualModule<F> {
     /// itself: between two such moments and two commands, speeds change steadily.
     pub fn next_motion_event(&mut self) -> Option<Instant> {
         self.module.board_mut().next_event()
+    }
+
+    /// What an axis really does, which no register tells; none if there is no such axis.
+    pub fn view(&mut self, axis: u8) -> Option<View> {
+        let now = self.now;
+        self.module.board_mut().view(axis, now)
+    }
+
+    /// Whether there is a machine behind an axis.
+    pub fn has_machine(&self, axis: u8) -> bool {
+        self.board().machine(axis).is_some()
+    }
+
+    /// Why the firmware stopped an axis, as axis parameter 207 has it, without clearing it as GAP does: 0,
+    /// since this firmware stops none by itself.
+    pub fn stop_flags(&self, _axis: u8) -> u8 {
+        0
     }
 
     /// Lets time pass.
