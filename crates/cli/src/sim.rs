@@ -108,12 +108,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::usage("standard output has the summary already")
             .help("name a file for the recording or the picture"));
     }
-    if let Some(path) = &args.record {
-        Format::of(path)?;
-    }
     let program = program::load(&args.file, &args.source, chosen, Refusals::Tell)?;
     let own = program.assembly.iter().flat_map(program::files);
     output::keep_apart(&outputs, own.chain([&*args.file]))?;
+    if let Some(path) = &args.record {
+        Format::of(path)?;
+    }
     let model = chosen.or_else(|| program.module()).ok_or_else(|| {
         let message = format!("{} does not say for which module it is", sources::shown(&args.file));
         Failure::usage(message).help("--module NAME does; so does `// module: NAME` in the source")

@@ -36,6 +36,8 @@ pub struct Sample {
 /// set at that time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MachineSample {
+    /// Fine steps (1/256 full step) in a microstep.
+    pub fine_steps: f64,
     /// Position of the rotor in microsteps.
     pub rotor: f64,
     /// Position of the stage in microsteps: the rotor's, less the play.
@@ -65,6 +67,7 @@ impl MachineSample {
     fn new(view: &View, resolution: u32, stop_flags: u8, driver_flags: u8) -> Self {
         let fine_steps = f64::from(1u32 << resolution.min(8));
         Self {
+            fine_steps,
             rotor: view.rotor / fine_steps,
             stage: view.stage / fine_steps,
             speed: view.speed / fine_steps,
