@@ -4,6 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, Port as PortRow, PortBehaviour};
 use opentmcl_firmware::{Analog, Board};
 use opentmcl_plant::axis::{Axis, View};
+use opentmcl_plant::machine::Machine;
 use opentmcl_wire::Instant;
 
 use crate::flash::MemoryFlash;
@@ -165,6 +166,11 @@ impl<F> VirtualBoard<F> {
     /// What an axis really does at this time; none if there is no such axis.
     pub fn view(&mut self, axis: u8, now: Instant) -> Option<View> {
         self.axes.get_mut(usize::from(axis)).map(|axis| axis.view(now))
+    }
+
+    /// The machine behind an axis; none if it moves in empty space or if there is no such axis.
+    pub fn machine(&self, axis: u8) -> Option<&Machine> {
+        self.axes.get(usize::from(axis))?.machine()
     }
 
     /// Levels of the general purpose outputs, bit n for output n.

@@ -222,7 +222,7 @@ impl Stage {
             dmax: chip[0x28],
             d1: chip[0x2A],
             vstop: chip[0x2B],
-            zero_wait: Duration::from_ticks(0),
+            ..Limits::default()
         }
     }
 }
