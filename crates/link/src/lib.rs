@@ -11,6 +11,7 @@
 //!
 //! Besides the command line this is the only room that knows operating systems.
 
+pub mod faults;
 pub mod program;
 
 mod clock;
