@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use opentmcl_wire::serial::{BYTE_TIMEOUT, FRAME_LEN};
 use opentmcl_wire::Instant;
+use opentmcl_wire::serial::{BYTE_TIMEOUT, FRAME_LEN};
 
 use super::counts::Counts;
 use super::random::{random, unit};

@@ -203,8 +203,7 @@ impl FromStr for Faults {
                 _ => (false, name),
             };
             if name == "seed" {
-                faults.seed =
-                    value.parse().map_err(|_| FaultsError::Seed(value.to_owned()))?;
+                faults.seed = value.parse().map_err(|_| FaultsError::Seed(value.to_owned()))?;
             } else {
                 let fault = Fault::ALL
                     .into_iter()
@@ -337,7 +336,11 @@ mod tests {
         let cases = [
             ("", "no fault is named", "drop=0.001"),
             ("drop", "\"drop\" has no value", "NAME=RATE"),
-            ("dorp=0.1", "\"dorp\" is no fault", "drop, corrupt, truncate, duplicate, stray, stale"),
+            (
+                "dorp=0.1",
+                "\"dorp\" is no fault",
+                "drop, corrupt, truncate, duplicate, stray, stale",
+            ),
             ("answers.drop=1", "\"answers.drop\" is no fault", "requests."),
             ("drop=0.1,corrupt=2", "corrupt: \"2\" is not a rate", "from 0 to 1, or 1/N"),
             ("drop=-0.1", "drop: \"-0.1\" is not a rate", "1/1000"),

@@ -6,6 +6,7 @@ use opentmcl_wire::{Command, Reply, Status, control};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -112,7 +113,8 @@ fn serve_with(speed: f64, prepare: impl FnOnce(&mut Echo)) -> Served {
     };
     prepare(&mut device);
     let (stop, stopped) = UnixStream::pair().unwrap();
-    let mut server = Server::new(device, Some(pty), Some(listener));
+    let lines = Lines { pty: Some(pty), tcp: Some(listener), ..Lines::default() };
+    let mut server = Server::new(device, vec![lines], None);
     let speed = Speed::new(speed).unwrap();
     let thread = std::thread::spawn(move || server.run(stopped, speed));
     Served { path, address, advanced, stop: Some(stop), thread: Some(thread) }
