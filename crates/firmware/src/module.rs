@@ -125,6 +125,13 @@ impl<B: Board> Module<B> {
     /// Switches the module off and on again. Only the EEPROM is kept.
     pub fn power_cycle(&mut self, now: Instant) {
         self.poll(now);
+        self.switch_on(now);
+    }
+
+    /// Switches the module on that has been without its supply until now: what would have been due
+    /// meanwhile never happens. Only the EEPROM is kept.
+    pub fn switch_on(&mut self, now: Instant) {
+        self.set_time(now);
         self.outbox = Outbox::new();
         self.restart();
     }

@@ -1,14 +1,18 @@
 //! The hardware of a virtual module: chips, pins, converters and a flash.
 
 use embedded_storage::nor_flash::NorFlash;
-use opentmcl_catalog::{Module, PortBehaviour};
+use opentmcl_catalog::{Module, Port as PortRow, PortBehaviour};
 use opentmcl_firmware::{Analog, Board};
-use opentmcl_plant::axis::Axis;
+use opentmcl_plant::axis::{Axis, View};
 use opentmcl_wire::Instant;
 
 use crate::flash::MemoryFlash;
+use crate::world::AnalogLevel;
 
-/// A board with one TMC5160 for each axis. Axes move in empty space: there are no switches.
+/// Largest reading of an analog input.
+const FULL_SCALE: u16 = 4095;
+
+/// A board with one TMC5160 for each axis, and a machine behind those that have one.
 #[derive(Clone, Debug)]
 pub struct VirtualBoard<F = MemoryFlash> {
     model: &'static Module,
@@ -19,10 +23,12 @@ pub struct VirtualBoard<F = MemoryFlash> {
     digital_inputs: u8,
     digital_outputs: u8,
     torque_inputs: u8,
-    analog_inputs: [i32; 8],
+    analog_inputs: [AnalogLevel; 8],
     analog_ranges: [u8; 8],
-    supply_voltage: i32,
-    temperature: i32,
+    /// In volt.
+    supply_voltage: f64,
+    /// In degrees Celsius.
+    temperature: f64,
     supply_current: i32,
     pull_ups: u8,
     flash: F,
@@ -36,25 +42,31 @@ enum Foreseen {
 }
 
 impl<F> VirtualBoard<F> {
-    /// A board for a module, with nothing connected to its pins.
+    /// A board for a module, with nothing connected to its pins and motors that follow every step.
     pub fn new(model: &'static Module, flash: F) -> Self {
-        let axes = usize::from(model.axes);
+        Self::with_axes(model, Vec::new(), flash)
+    }
+
+    /// A board with these axes; those that the module has beyond them follow every step.
+    pub fn with_axes(model: &'static Module, mut axes: Vec<Axis>, flash: F) -> Self {
+        axes.resize_with(usize::from(model.axes), Axis::new);
         let at_rest = |behaviour| {
             let mut rows = model.ports.iter();
             rows.find(|row| row.behaviour == behaviour).map_or(0, |row| row.default)
         };
+        let reading_at_rest = u16::try_from(at_rest(PortBehaviour::AnalogInput)).unwrap_or(0);
         Self {
             model,
             now: Instant::from_ticks(0),
-            axes: (0..axes).map(|_| Axis::new()).collect(),
-            events: vec![Foreseen::Unknown; axes],
+            events: vec![Foreseen::Unknown; axes.len()],
+            axes,
             digital_inputs: levels(model, PortBehaviour::DigitalInput),
             digital_outputs: 0,
             torque_inputs: levels(model, PortBehaviour::StoInput),
-            analog_inputs: [at_rest(PortBehaviour::AnalogInput); 8],
+            analog_inputs: [AnalogLevel::Reading(reading_at_rest); 8],
             analog_ranges: [0; 8],
-            supply_voltage: at_rest(PortBehaviour::SupplyVoltage),
-            temperature: at_rest(PortBehaviour::Temperature),
+            supply_voltage: f64::from(at_rest(PortBehaviour::SupplyVoltage)) / 10.0,
+            temperature: f64::from(at_rest(PortBehaviour::Temperature)),
             supply_current: at_rest(PortBehaviour::SupplyCurrent),
             pull_ups: 0,
             flash,
@@ -70,7 +82,89 @@ impl<F> VirtualBoard<F> {
 
     /// Sets the reading of an analog input, 0..=4095.
     pub fn set_analog_input(&mut self, input: u8, reading: u16) {
-        self.analog_inputs[usize::from(input % 8)] = i32::from(reading.min(4095));
+        self.set_analog_level(input, AnalogLevel::Reading(reading));
+    }
+
+    /// Sets the reading or the voltage of an analog input. A voltage is read in the range that is
+    /// selected at that time.
+    pub fn set_analog_level(&mut self, input: u8, level: AnalogLevel) {
+        self.analog_inputs[usize::from(input % 8)] = level;
+    }
+
+    /// What the converter of an analog input reads, 0..=4095.
+    pub fn analog_reading(&self, input: u8) -> u16 {
+        let input = usize::from(input % 8);
+        let volts = match self.analog_inputs[input] {
+            AnalogLevel::Reading(reading) => return reading.min(FULL_SCALE),
+            AnalogLevel::Volts(volts) => volts,
+        };
+        let part = match self.analog_ranges[input] {
+            0 => volts / 10.0,
+            1 => volts / 20.0,
+            _ => (volts + 10.0) / 20.0,
+        };
+        // Saturates at both ends, as the converter does.
+        (part * f64::from(FULL_SCALE)).round().clamp(0.0, f64::from(FULL_SCALE)) as u16
+    }
+
+    /// Levels of the general purpose inputs, bit n for input n.
+    pub fn input_levels(&self) -> u8 {
+        self.digital_inputs
+    }
+
+    /// Levels of the safe-torque-off inputs, bit n for input n.
+    pub fn torque_levels(&self) -> u8 {
+        self.torque_inputs
+    }
+
+    /// Supply voltage in volt.
+    pub fn supply(&self) -> f64 {
+        self.supply_voltage
+    }
+
+    /// Sets the supply voltage in volt, of the board and of all drivers.
+    pub fn set_supply(&mut self, volts: f64) {
+        self.supply_voltage = volts;
+        self.at_all_axes(|axis, now| axis.set_supply(volts, now));
+    }
+
+    /// Temperature of the board in degrees Celsius.
+    pub fn temperature(&self) -> f64 {
+        self.temperature
+    }
+
+    /// Sets the temperature of the board in degrees Celsius.
+    pub fn set_temperature(&mut self, celsius: f64) {
+        self.temperature = celsius;
+    }
+
+    /// Sets the level of a safe-torque-off input. Motors have torque while all of them allow it.
+    pub fn set_torque_input(&mut self, input: u8, allowed: bool) {
+        let bit = 1 << (input % 8);
+        self.torque_inputs =
+            if allowed { self.torque_inputs | bit } else { self.torque_inputs & !bit };
+        let all = levels_of(self.model, PortBehaviour::StoInput, |_| true);
+        let allowed = self.torque_inputs & all == all;
+        self.at_all_axes(|axis, now| axis.set_torque_allowed(allowed, now));
+    }
+
+    /// Does something to an axis at the board's time; nothing if there is no such axis.
+    pub(crate) fn at_axis(&mut self, axis: u8, act: impl FnOnce(&mut Axis, Instant)) {
+        let now = self.now;
+        if let Some(axis) = self.touch(axis) {
+            act(axis, now);
+        }
+    }
+
+    fn at_all_axes(&mut self, mut act: impl FnMut(&mut Axis, Instant)) {
+        for axis in 0..self.model.axes {
+            self.at_axis(axis, &mut act);
+        }
+    }
+
+    /// What an axis really does at this time; none if there is no such axis.
+    pub fn view(&mut self, axis: u8, now: Instant) -> Option<View> {
+        self.axes.get_mut(usize::from(axis)).map(|axis| axis.view(now))
     }
 
     /// Levels of the general purpose outputs, bit n for output n.
@@ -106,8 +200,20 @@ impl<F> VirtualBoard<F> {
 
 /// Levels of all inputs of one kind with nothing connected.
 fn levels(model: &Module, behaviour: PortBehaviour) -> u8 {
-    let rows = model.ports.iter().filter(|row| row.behaviour == behaviour && row.default != 0);
+    levels_of(model, behaviour, |row| row.default != 0)
+}
+
+/// The bits of all inputs of one kind that are wanted.
+fn levels_of(model: &Module, behaviour: PortBehaviour, wanted: impl Fn(&PortRow) -> bool) -> u8 {
+    let rows = model.ports.iter().filter(|row| row.behaviour == behaviour && wanted(row));
     rows.fold(0, |levels, row| levels | 1 << (row.index % 8))
+}
+
+/// A converter's value within the range that the catalogue gives it.
+fn converted(model: &Module, behaviour: PortBehaviour, value: f64) -> i32 {
+    let row = model.ports.iter().find(|row| row.behaviour == behaviour);
+    let (least, most) = row.map_or((i32::MIN, i32::MAX), |row| (row.min, row.max));
+    (value.round() as i32).clamp(least, most)
 }
 
 impl<F: NorFlash> Board for VirtualBoard<F> {
@@ -153,8 +259,9 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
         self.digital_inputs
     }
 
-    fn home_switch(&mut self, _axis: u8) -> bool {
-        false
+    fn home_switch(&mut self, axis: u8) -> bool {
+        let now = self.now;
+        self.axes.get_mut(usize::from(axis)).is_some_and(|axis| axis.home_switch(now))
     }
 
     fn torque_inputs(&mut self) -> u8 {
@@ -163,9 +270,13 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
 
     fn analog(&mut self, channel: Analog) -> i32 {
         match channel {
-            Analog::Input(input) => self.analog_inputs[usize::from(input % 8)],
-            Analog::SupplyVoltage => self.supply_voltage,
-            Analog::Temperature => self.temperature,
+            Analog::Input(input) => i32::from(self.analog_reading(input)),
+            Analog::SupplyVoltage => {
+                converted(self.model, PortBehaviour::SupplyVoltage, self.supply_voltage * 10.0)
+            }
+            Analog::Temperature => {
+                converted(self.model, PortBehaviour::Temperature, self.temperature)
+            }
             Analog::SupplyCurrent => self.supply_current,
         }
     }

@@ -6,6 +6,8 @@
 //!
 //! - [`board`]: chips of `opentmcl-plant`, pins and a flash as the firmware's `Board`.
 //! - [`flash`]: a NOR flash in memory whose power can be cut at any operation.
+//! - [`scenario`]: machines behind the axes and what happens by itself, from a TOML text; [`world`]: what
+//!   somebody does to a module from outside; [`lab`]: one or more modules, and a line protocol.
 //! - [`watch`]: a program's commands, outputs and motions while time passes; [`recording`]: samples at
 //!   a set rate.
 //!
@@ -24,13 +26,22 @@
 
 pub mod board;
 pub mod flash;
+pub mod lab;
 mod module;
+mod quantity;
 pub mod recording;
+pub mod scenario;
+mod suggest;
 pub mod watch;
+pub mod world;
 
 pub use board::VirtualBoard;
 pub use flash::MemoryFlash;
+pub use lab::{Lab, LabEffect, Response, Snapshot, Subscription};
 pub use module::{Options, VirtualModule};
 pub use opentmcl_firmware::{Answer, ErrorFlags, Executed, Flags, Line, Mode, Port, ProgramState};
+pub use opentmcl_plant::axis::{Coil, CoilFault, Rotor, SwitchInput, View};
 pub use recording::{Recorder, Sample};
+pub use scenario::{Mistakes, ModuleSetup, PortKind, PortSetup, Scale, Scenario, StageUnit};
 pub use watch::{Event, Travel, Watch};
+pub use world::{Action, ActionError, AnalogLevel, Effect, Place, Push};

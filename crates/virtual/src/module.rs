@@ -5,10 +5,13 @@ use std::ops::ControlFlow;
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::Module as Model;
 use opentmcl_firmware::{Answer, Board as _, Config, Executed, Module, Port, ProgramState};
+use opentmcl_plant::axis::{Axis, View};
 use opentmcl_wire::{Command, Duration, Instant, Reply, Status, serial};
 
 use crate::board::VirtualBoard;
 use crate::flash::MemoryFlash;
+use crate::scenario::{ModuleSetup, Scale};
+use crate::world::{Hands, World};
 
 /// What may differ between two virtual modules of the same kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +30,7 @@ impl Default for Options {
 pub struct VirtualModule<F = MemoryFlash> {
     module: Module<VirtualBoard<F>>,
     now: Instant,
+    world: World,
 }
 
 impl VirtualModule {
@@ -39,16 +43,55 @@ impl VirtualModule {
 impl<F: NorFlash> VirtualModule<F> {
     /// A module whose EEPROM is this flash, switched on at time 0.
     pub fn with_flash(model: &'static Model, flash: F, options: Options) -> Self {
+        Self::with_setup(&ModuleSetup::new(model), flash, options)
+    }
+
+    /// A module with all that a scenario puts around it, switched on at time 0. What happens at set
+    /// times happens by itself while time passes.
+    pub fn with_setup(setup: &ModuleSetup, flash: F, options: Options) -> Self {
         let now = Instant::from_ticks(0);
         let config = Config { program_rate: options.program_rate };
-        let board = VirtualBoard::new(model, flash);
-        Self { module: Module::power_up(model, board, config, now), now }
+        let axes = setup.axes.iter().map(|axis| match &axis.machine {
+            Some(machine) => Axis::with_machine(machine.clone()),
+            None => Axis::new(),
+        });
+        let board = VirtualBoard::with_axes(setup.model, axes.collect(), flash);
+        let module = Module::power_up(setup.model, board, config, now);
+        let mut module = Self { module, now, world: World::new(setup) };
+        for action in &setup.start {
+            module.apply(action);
+        }
+        module.apply_due();
+        module
     }
 
     /// Switches the module off and on again: the EEPROM is kept, everything else is not, and replies
-    /// on their way are lost. The clock goes on.
+    /// on their way are lost. The clock goes on, and machines stay where they are.
     pub fn power_cycle(&mut self) {
-        self.module.power_cycle(self.now);
+        self.settle();
+        self.switch_off();
+        self.switch_on();
+    }
+
+    /// The supply goes off: outputs fall, drivers let their motors go, and nothing is executed.
+    pub(crate) fn switch_off(&mut self) {
+        if self.world.powered {
+            self.world.powered = false;
+            self.module.board_mut().reset();
+        }
+    }
+
+    /// The supply comes: the module starts.
+    pub(crate) fn switch_on(&mut self) {
+        if !self.world.powered {
+            self.world.powered = true;
+            self.module.switch_on(self.now);
+        }
+    }
+
+    /// Whether the module has its supply.
+    pub fn is_powered(&self) -> bool {
+        self.world.powered
     }
 
     /// What kind of module it is.
@@ -64,14 +107,34 @@ impl<F: NorFlash> VirtualModule<F> {
     /// When something will happen next by itself, a reply that becomes due included; `None` while the
     /// module is at rest.
     pub fn next_event(&mut self) -> Option<Instant> {
-        self.module.poll_at()
+        let own = if self.world.powered { self.module.poll_at() } else { None };
+        own.into_iter().chain(self.next_scheduled()).min()
     }
 
     /// Lets time pass until `now`; everything due until then happens in its order. Going back is
     /// ignored.
     pub fn advance_to(&mut self, now: Instant) {
-        self.now = self.now.max(now);
-        self.module.poll(self.now);
+        let until = self.now.max(now);
+        while let Some(time) = self.next_scheduled().filter(|time| *time <= until) {
+            self.pass(time);
+            self.apply_due();
+        }
+        self.pass(until);
+    }
+
+    /// Lets time pass up to a moment before which nothing is scheduled.
+    fn pass(&mut self, until: Instant) {
+        self.now = self.now.max(until);
+        if self.world.powered {
+            self.module.poll(self.now);
+        } else {
+            self.module.board_mut().set_time(self.now);
+        }
+    }
+
+    /// Does what is due at this time before something else happens.
+    pub(crate) fn settle(&mut self) {
+        self.advance_to(self.now);
     }
 
     /// Lets time pass as [`VirtualModule::advance_to`] does, and hands over each command that a program
@@ -101,11 +164,24 @@ impl<F: NorFlash> VirtualModule<F> {
     pub fn advance_watched(
         &mut self,
         until: Instant,
-        watcher: impl FnMut(&Executed) -> ControlFlow<()>,
+        mut watcher: impl FnMut(&Executed) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let flow = self.module.poll_watched(self.now.max(until), watcher);
-        self.now = self.now.max(self.module.now());
-        flow
+        let until = self.now.max(until);
+        loop {
+            let scheduled = self.next_scheduled().filter(|time| *time <= until);
+            let end = self.now.max(scheduled.unwrap_or(until));
+            if self.world.powered {
+                let flow = self.module.poll_watched(end, &mut watcher);
+                self.now = self.now.max(self.module.now());
+                flow?;
+            } else {
+                self.pass(end);
+            }
+            if scheduled.is_none() {
+                return ControlFlow::Continue(());
+            }
+            self.apply_due();
+        }
     }
 
     /// What the program does at present.
@@ -125,7 +201,7 @@ impl<F: NorFlash> VirtualModule<F> {
 
     /// Levels of the general purpose outputs, bit n for output n.
     pub fn digital_outputs(&self) -> u8 {
-        self.module.digital_outputs()
+        self.board().digital_outputs()
     }
 
     /// Where an axis stands, in microsteps; none if there is no such axis.
@@ -142,7 +218,57 @@ impl<F: NorFlash> VirtualModule<F> {
     /// When a motion next arrives, stops, reaches a constant speed or ends a wait between two moves by
     /// itself: between two such moments and two commands, speeds change steadily.
     pub fn next_motion_event(&mut self) -> Option<Instant> {
-        self.module.board_mut().next_event()
+        let own = self.module.board_mut().next_event();
+        own.into_iter().chain(self.next_scheduled()).min()
+    }
+
+    /// What an axis really does, which no register tells; none if there is no such axis.
+    pub fn view(&mut self, axis: u8) -> Option<View> {
+        let now = self.now;
+        self.module.board_mut().view(axis, now)
+    }
+
+    /// How the stage of an axis is measured; that of a bare motor if there is no such axis.
+    pub fn scale(&self, axis: u8) -> Scale {
+        self.world.axes.get(usize::from(axis)).map(|axis| axis.scale).unwrap_or_default()
+    }
+
+    /// Whether the scenario puts a machine behind an axis.
+    pub fn has_machine(&self, axis: u8) -> bool {
+        self.world.axes.get(usize::from(axis)).is_some_and(|axis| axis.machine.is_some())
+    }
+
+    /// What is held, pushed and broken at an axis.
+    pub(crate) fn hands_at(&self, axis: u8) -> Hands {
+        self.world.hands.get(usize::from(axis)).copied().unwrap_or_default()
+    }
+
+    pub(crate) fn world(&self) -> &World {
+        &self.world
+    }
+
+    pub(crate) fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// The hardware at the module's time.
+    pub(crate) fn hardware(&mut self) -> &mut VirtualBoard<F> {
+        let now = self.now;
+        let board = self.module.board_mut();
+        board.set_time(now);
+        board
+    }
+
+    /// Does something to an axis at the module's time.
+    pub(crate) fn at_axis(&mut self, axis: u8, act: impl FnOnce(&mut Axis, Instant)) {
+        self.hardware().at_axis(axis, act);
+    }
+
+    /// Tells the firmware, if it runs, that pins may have changed.
+    pub(crate) fn pins_changed(&mut self) {
+        if self.world.powered {
+            self.module.hardware_changed(self.now);
+        }
     }
 
     /// Lets time pass.
@@ -171,17 +297,24 @@ impl<F: NorFlash> VirtualModule<F> {
 
     /// Executes a command at once and gives the module's answer in all its forms.
     pub fn execute_direct(&mut self, command: Command) -> Answer {
+        self.settle();
+        if !self.world.powered {
+            return Answer::Silence;
+        }
         self.module.execute_direct(command, self.now)
     }
 
     /// A frame has arrived by a line.
     pub fn receive(&mut self, port: Port, request: Result<serial::Request, serial::WrongChecksum>) {
-        self.module.receive(port, request, self.now);
+        self.settle();
+        if self.world.powered {
+            self.module.receive(port, request, self.now);
+        }
     }
 
     /// The next frame that is due for the host; call until there is none.
     pub fn transmit(&mut self) -> Option<(Port, [u8; serial::FRAME_LEN])> {
-        self.module.transmit(self.now)
+        if self.world.powered { self.module.transmit(self.now) } else { None }
     }
 
     /// The hardware.
@@ -197,7 +330,8 @@ impl<F: NorFlash> VirtualModule<F> {
 
     /// A pin of the hardware has changed.
     pub fn hardware_changed(&mut self) {
-        self.module.hardware_changed(self.now);
+        self.settle();
+        self.pins_changed();
     }
 
     /// Sets the level of a general purpose input, 0..=7.

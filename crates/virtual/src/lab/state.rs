@@ -1,0 +1,188 @@
+//! Everything there is to see of a lab, as JSON.
+
+use embedded_storage::nor_flash::NorFlash;
+use opentmcl_catalog::PortBehaviour;
+use opentmcl_firmware::{Board as _, Mode};
+use opentmcl_plant::axis::{CoilFault, Rotor};
+use opentmcl_wire::{Instant, TICKS_PER_SECOND};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::Lab;
+use crate::module::VirtualModule;
+
+/// Members that change steadily while an axis moves.
+pub(super) const CONTINUOUS: [&str; 9] = [
+    "position",
+    "stage",
+    "rotor",
+    "counter",
+    "speed",
+    "load_angle",
+    "load",
+    "stallguard",
+    "current",
+];
+
+/// Register DRV_STATUS of the TMC5160, and its flags.
+const DRV_STATUS: u8 = 0x6F;
+const FLAGS: [(&str, u32); 8] = [
+    ("stall", 24),
+    ("overtemperature", 25),
+    ("overtemperature_warning", 26),
+    ("short_a", 27),
+    ("short_b", 28),
+    ("open_a", 29),
+    ("open_b", 30),
+    ("standstill", 31),
+];
+
+/// One axis.
+#[derive(Serialize)]
+struct AxisState {
+    machine: bool,
+    unit: &'static str,
+    position: f64,
+    stage: f64,
+    rotor: f64,
+    counter: i32,
+    speed: f64,
+    moving: bool,
+    load_angle: f64,
+    load: f64,
+    stallguard: u16,
+    current: f64,
+    lost_steps: i64,
+    rotor_state: &'static str,
+    switches: Value,
+    held: Value,
+    blocked: bool,
+    push: f64,
+    coils: Value,
+    driver_temperature: f64,
+    flags: Map<String, Value>,
+}
+
+/// One module.
+#[derive(Serialize)]
+struct ModuleState {
+    model: &'static str,
+    powered: bool,
+    supply: f64,
+    temperature: f64,
+    program: &'static str,
+    inputs: Map<String, Value>,
+    outputs: Map<String, Value>,
+    analog: Map<String, Value>,
+    torque: Map<String, Value>,
+    axes: Map<String, Value>,
+}
+
+/// A time in seconds.
+pub(super) fn seconds(time: Instant) -> f64 {
+    time.as_ticks() as f64 / TICKS_PER_SECOND as f64
+}
+
+/// A value with the digits that mean something.
+fn rounded(value: f64) -> f64 {
+    let rounded = (value * 1e6).round() / 1e6;
+    // Too large to have such digits.
+    if rounded.is_finite() { rounded + 0.0 } else { value }
+}
+
+impl<F: NorFlash> Lab<F> {
+    /// All modules by their names.
+    pub(super) fn state_value(&mut self) -> Value {
+        let mut modules = Map::new();
+        for (setup, module) in self.scenario.modules.iter().zip(&mut self.modules) {
+            modules.insert(setup.name.clone(), module_state(module));
+        }
+        json!({ "modules": modules })
+    }
+}
+
+fn module_state<F: NorFlash>(module: &mut VirtualModule<F>) -> Value {
+    let model = module.model();
+    let board = module.board();
+    let pins = |behaviour, levels: u8| -> Map<String, Value> {
+        let rows = model.ports.iter().filter(|row| row.behaviour == behaviour && row.access.read);
+        rows.map(|row| (row.number.to_string(), json!(levels >> (row.index % 8) & 1 == 1)))
+            .collect()
+    };
+    let analog = model.ports.iter().filter(|row| row.behaviour == PortBehaviour::AnalogInput);
+    let torque = model.ports.iter().filter(|row| row.behaviour == PortBehaviour::StoInput);
+    let torque_levels = board.torque_levels();
+    let state = ModuleState {
+        model: model.name,
+        powered: module.is_powered(),
+        supply: rounded(board.supply()),
+        temperature: rounded(board.temperature()),
+        program: match module.program_state().mode {
+            _ if !module.is_powered() => "stopped",
+            Mode::Run => "running",
+            Mode::Step => "stepping",
+            _ => "stopped",
+        },
+        inputs: pins(PortBehaviour::DigitalInput, board.input_levels()),
+        outputs: pins(PortBehaviour::DigitalOutput, board.digital_outputs()),
+        analog: analog
+            .map(|row| (row.number.to_string(), json!(board.analog_reading(row.index))))
+            .collect(),
+        torque: torque
+            .map(|row| (row.index.to_string(), json!(torque_levels >> (row.index % 8) & 1 == 1)))
+            .collect(),
+        axes: (0..model.axes)
+            .filter_map(|axis| Some((axis.to_string(), axis_state(module, axis)?)))
+            .collect(),
+    };
+    json!(state)
+}
+
+fn axis_state<F: NorFlash>(module: &mut VirtualModule<F>, axis: u8) -> Option<Value> {
+    let view = module.view(axis)?;
+    let (scale, hands) = (module.scale(axis), module.hands_at(axis));
+    let counter = module.position(axis)?;
+    let turns = module.speed(axis)? != 0;
+    let status = module.hardware().read_register(axis, DRV_STATUS);
+    let [left, right, home] = view.switches;
+    let [held_left, held_right, held_home] = hands.held.map(|held| match held {
+        None => "stage",
+        Some(true) => "pressed",
+        Some(false) => "released",
+    });
+    let [a, b] = hands.coils.map(|fault| match fault {
+        None => "connected",
+        Some(CoilFault::Open) => "disconnected",
+        Some(CoilFault::ShortToGround) => "shorted",
+    });
+    Some(json!(AxisState {
+        machine: module.has_machine(axis),
+        unit: scale.unit().symbol(),
+        position: rounded(scale.to_stage(view.stage)),
+        stage: rounded(view.stage),
+        rotor: rounded(view.rotor),
+        counter,
+        speed: rounded(scale.to_stage(view.speed)),
+        moving: turns || view.speed != 0.0,
+        load_angle: rounded(view.load_angle),
+        load: rounded(view.load),
+        stallguard: view.stallguard,
+        current: rounded(view.current),
+        lost_steps: view.lost_steps,
+        rotor_state: match view.state {
+            Rotor::Following => "following",
+            Rotor::Slipping => "slipping",
+            Rotor::Free => "free",
+        },
+        switches: json!({ "left": left, "right": right, "home": home }),
+        held: json!({ "left": held_left, "right": held_right, "home": held_home }),
+        blocked: hands.blocked,
+        push: hands.torque,
+        coils: json!({ "a": a, "b": b }),
+        driver_temperature: rounded(hands.driver_temperature),
+        flags: FLAGS
+            .iter()
+            .map(|&(name, bit)| (name.to_owned(), json!(status >> bit & 1 == 1)))
+            .collect(),
+    }))
+}

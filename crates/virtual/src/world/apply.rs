@@ -1,0 +1,177 @@
+//! Actions upon a module.
+
+use embedded_storage::nor_flash::NorFlash;
+use opentmcl_catalog::PortBehaviour;
+use opentmcl_plant::axis::Coil;
+use opentmcl_wire::Instant;
+
+use super::action::{Action, Place, Push};
+use super::check::check;
+use super::hands::Hands;
+use super::parse::ActionError;
+use super::schedule::Schedule;
+use crate::module::VirtualModule;
+use crate::scenario::{AxisSetup, ModuleSetup};
+
+/// What an action asks of whoever serves the module.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// Faults of a line from now on; both as they were written.
+    Faults {
+        /// Name of the port.
+        port: String,
+        /// What the line does.
+        spec: String,
+    },
+}
+
+/// What is around a module, and what will happen there.
+#[derive(Clone, Debug)]
+pub(crate) struct World {
+    pub(crate) axes: Vec<AxisSetup>,
+    pub(crate) hands: Vec<Hands>,
+    pub(crate) schedule: Schedule,
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) powered: bool,
+}
+
+impl World {
+    pub(crate) fn new(setup: &ModuleSetup) -> Self {
+        Self {
+            axes: setup.axes.clone(),
+            hands: vec![Hands::default(); setup.axes.len()],
+            schedule: Schedule::new(setup.timeline.clone(), setup.waves.clone()),
+            effects: Vec::new(),
+            powered: true,
+        }
+    }
+}
+
+impl<F: NorFlash> VirtualModule<F> {
+    /// Does something to the module, now.
+    ///
+    /// # Errors
+    /// When there is no such axis or input, or the axis has no machine for it.
+    pub fn act(&mut self, action: &Action) -> Result<(), ActionError> {
+        check(action, self.model(), &self.world().axes).map_err(ActionError)?;
+        self.settle();
+        self.apply(action);
+        Ok(())
+    }
+
+    /// What actions have asked for since the last call, for whoever serves the module.
+    pub fn take_effects(&mut self) -> Vec<Effect> {
+        std::mem::take(&mut self.world_mut().effects)
+    }
+
+    /// When something happens next by the scenario.
+    pub fn next_scheduled(&self) -> Option<Instant> {
+        self.world().schedule.next_time()
+    }
+
+    /// Does what is due by the scenario at the module's time; all before has been done.
+    pub(crate) fn apply_due(&mut self) {
+        while let Some(action) = self.next_due() {
+            self.apply(&action);
+        }
+    }
+
+    fn next_due(&mut self) -> Option<Action> {
+        let now = self.now();
+        self.world_mut().schedule.pop(now)
+    }
+
+    /// An action that fits the module.
+    pub(crate) fn apply(&mut self, action: &Action) {
+        match *action {
+            Action::PowerCycle => {
+                self.switch_off();
+                self.switch_on();
+            }
+            Action::Power(true) => self.switch_on(),
+            Action::Power(false) => self.switch_off(),
+            Action::Faults { ref port, ref spec } => {
+                let effect = Effect::Faults { port: port.clone(), spec: spec.clone() };
+                self.world_mut().effects.push(effect);
+            }
+            _ => {
+                self.touch_board(action);
+                self.pins_changed();
+            }
+        }
+    }
+
+    fn hands(&mut self, axis: u8) -> Option<&mut Hands> {
+        self.world_mut().hands.get_mut(usize::from(axis))
+    }
+
+    fn touch_board(&mut self, action: &Action) {
+        match *action {
+            Action::Switch { switch, axis, held } => {
+                if let Some(hands) = self.hands(axis) {
+                    *hands.held_mut(switch) = held;
+                }
+                self.at_axis(axis, |axis, now| axis.hold_switch(switch, held, now));
+            }
+            Action::Load { axis, push } => {
+                let torque = match push {
+                    Push::Torque(torque) => torque,
+                    Push::Force(force) => self.scale(axis).torque(force),
+                };
+                if let Some(hands) = self.hands(axis) {
+                    hands.torque = torque;
+                }
+                self.at_axis(axis, |axis, now| axis.set_external_torque(torque, now));
+            }
+            Action::Block { axis, blocked } => {
+                if let Some(hands) = self.hands(axis) {
+                    hands.blocked = blocked;
+                }
+                self.at_axis(axis, |axis, now| axis.set_blocked(blocked, now));
+            }
+            Action::Supply(volts) => self.hardware().set_supply(volts),
+            Action::DriverTemperature { axis, celsius } => {
+                for number in 0..self.model().axes {
+                    if axis.is_none_or(|axis| axis == number) {
+                        if let Some(hands) = self.hands(number) {
+                            hands.driver_temperature = celsius;
+                        }
+                        self.at_axis(number, |axis, now| axis.set_driver_temperature(celsius, now));
+                    }
+                }
+            }
+            Action::BoardTemperature(celsius) => self.hardware().set_temperature(celsius),
+            Action::Input { input, high } => {
+                if let Some(row) = self.model().port(PortBehaviour::DigitalInput, input) {
+                    self.hardware().set_digital_input(row.index, high);
+                }
+            }
+            Action::Analog { input, level } => {
+                if let Some(row) = self.model().port(PortBehaviour::AnalogInput, input) {
+                    self.hardware().set_analog_level(row.index, level);
+                }
+            }
+            Action::Coil { axis, coil, fault } => {
+                if let Some(hands) = self.hands(axis) {
+                    let [a, b] = &mut hands.coils;
+                    *match coil {
+                        Coil::A => a,
+                        Coil::B => b,
+                    } = fault;
+                }
+                self.at_axis(axis, |axis, now| axis.set_coil(coil, fault, now));
+            }
+            Action::Position { axis, place } => {
+                let fine = match place {
+                    Place::Millimetres(value) | Place::Degrees(value) => {
+                        self.scale(axis).to_fine(value)
+                    }
+                    Place::Microsteps(value) => value,
+                };
+                self.at_axis(axis, |axis, now| axis.set_position(fine, now));
+            }
+            Action::Torque { input, allowed } => self.hardware().set_torque_input(input, allowed),
+            Action::PowerCycle | Action::Power(_) | Action::Faults { .. } => {}
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Whether an action can be done to a module.
+
+use opentmcl_catalog::{Module, PortBehaviour};
+
+use super::action::{Action, AnalogLevel, Place, Push};
+use crate::scenario::{AxisSetup, StageUnit};
+
+/// Says why an action cannot be done, and what could be.
+pub(crate) fn check(
+    action: &Action,
+    model: &'static Module,
+    axes: &[AxisSetup],
+) -> Result<(), String> {
+    let axis = |number: u8| {
+        axes.get(usize::from(number)).ok_or_else(|| {
+            let last = model.axes.saturating_sub(1);
+            format!("the {} has no axis {number}; its axes are 0 to {last}", model.title)
+        })
+    };
+    let machine = |number: u8| {
+        let axis = axis(number)?;
+        if axis.machine.is_some() {
+            return Ok(axis);
+        }
+        Err(format!(
+            "axis {number} has no machine and follows every step; describe it in a scenario with \
+             [[module.axis]]"
+        ))
+    };
+    let input = |behaviour, kind: &str, number: u8| {
+        if model.port(behaviour, number).is_some() {
+            return Ok(());
+        }
+        let rows = model.ports.iter().filter(|row| row.behaviour == behaviour);
+        let numbers: Vec<String> = rows.map(|row| row.number.to_string()).collect();
+        let numbers = numbers.join(", ");
+        Err(format!("the {} has no {kind} {number}; there are {numbers}", model.title))
+    };
+    match *action {
+        Action::Switch { axis: number, .. }
+        | Action::Coil { axis: number, .. }
+        | Action::DriverTemperature { axis: Some(number), .. } => axis(number).map(drop),
+        Action::Block { axis: number, .. }
+        | Action::Load { axis: number, push: Push::Torque(_) } => machine(number).map(drop),
+        Action::Load { axis: number, push: Push::Force(_) } => {
+            if machine(number)?.scale.is_linear() {
+                return Ok(());
+            }
+            Err(format!("the stage of axis {number} turns; write a torque, for example 0.3 Nm"))
+        }
+        Action::Position { axis: number, place } => {
+            let unit = machine(number)?.scale.unit();
+            match (place, unit) {
+                (Place::Millimetres(_), StageUnit::Degrees) => Err(format!(
+                    "the stage of axis {number} turns; write an angle, for example 90 deg"
+                )),
+                (Place::Degrees(_), StageUnit::Millimetres) => Err(format!(
+                    "the stage of axis {number} moves along a line; write a length, for example 5 mm"
+                )),
+                _ => Ok(()),
+            }
+        }
+        Action::Input { input: number, .. } => {
+            input(PortBehaviour::DigitalInput, "digital input", number)
+        }
+        Action::Analog { input: number, level } => {
+            input(PortBehaviour::AnalogInput, "analog input", number)?;
+            match level {
+                AnalogLevel::Volts(volts) if volts.abs() > 100.0 => {
+                    Err(format!("{volts} V are too much for an analog input"))
+                }
+                _ => Ok(()),
+            }
+        }
+        Action::Torque { input, .. } => {
+            let inputs = model.ports.iter().filter(|row| row.behaviour == PortBehaviour::StoInput);
+            let mut numbers = inputs.map(|row| row.index);
+            if numbers.clone().any(|index| index == input) {
+                return Ok(());
+            }
+            let last = numbers.next_back().unwrap_or_default();
+            Err(format!("there is no safe-torque-off input {input}; they are 0 to {last}"))
+        }
+        Action::Supply(_)
+        | Action::BoardTemperature(_)
+        | Action::DriverTemperature { axis: None, .. }
+        | Action::PowerCycle
+        | Action::Power(_)
+        | Action::Faults { .. } => Ok(()),
+    }
+}
