@@ -32,6 +32,6 @@ pub use control::{
 };
 pub use eeprom_file::{EepromFileError, FileFlash, FlashError};
 pub use pty::{Pty, PtyError};
-pub use server::{BadLine, Device, Endpoint, Lines, Peer, ServedPort, Server};
+pub use server::{BadLine, Device, Endpoint, NewPort, Peer, ServedPort, Server, Transport};
 pub use tcp::{Listener, MAX_CONNECTIONS, TcpError};
 pub use uri::{DEFAULT_BAUD, PortUri, Uri, UriError};

@@ -50,6 +50,11 @@ pub trait Device {
     /// The next frame that is due now and where it goes; called until it is `None`.
     fn transmit(&mut self) -> Option<(Peer, [u8; FRAME_LEN])>;
 
+    /// Changes what the ports do to frames, where something that has just happened asks for it.
+    fn set_faults(&mut self, ports: &mut [ServedPort]) {
+        let _ = ports;
+    }
+
     /// A line has come now from a client of the control socket. The answer is appended to `answer`,
     /// with the end of each of its lines.
     fn control(
@@ -105,21 +110,31 @@ pub struct Peer {
     pub module: usize,
     /// The kind of line.
     pub endpoint: Endpoint,
-    /// Tells the TCP connections apart; not used again for the next connection.
+    /// Tells terminals, or TCP connections, of the module apart; not used again for the next
+    /// connection.
     pub number: u8,
 }
 
-/// The lines that lead to one module, and what they do to frames.
-#[derive(Debug, Default)]
-pub struct Lines {
-    /// Its pseudo terminal.
-    pub pty: Option<Pty>,
-    /// Where TCP clients connect to.
-    pub tcp: Option<Listener>,
-    /// Faults of the pseudo terminal.
-    pub pty_faults: Faults,
-    /// Faults of the TCP connections, which share one sequence of them.
-    pub tcp_faults: Faults,
+/// A port as it is when the server begins.
+#[derive(Debug)]
+pub struct NewPort {
+    /// Which module it belongs to, from 0.
+    pub module: usize,
+    /// What it is called by who controls the server.
+    pub name: String,
+    /// What clients connect to.
+    pub transport: Transport,
+    /// What it does to frames. The connections of a listener share one sequence of faults.
+    pub faults: Faults,
+}
+
+/// What clients connect to.
+#[derive(Debug)]
+pub enum Transport {
+    /// A pseudo terminal.
+    Pty(Pty),
+    /// A socket that accepts TCP connections.
+    Tcp(Listener),
 }
 
 /// One device and the lines that lead to it.
@@ -135,23 +150,36 @@ pub struct Server<D> {
 }
 
 impl<D: Device> Server<D> {
-    /// A server with the lines of each module, and a control socket or none.
-    pub fn new(device: D, modules: Vec<Lines>, control: Option<ControlSocket>) -> Self {
-        let (mut ports, mut listeners) = (Vec::new(), Vec::new());
-        let mut channels = Vec::with_capacity(modules.len() * (MAX_CONNECTIONS + 1));
-        for (module, lines) in modules.into_iter().enumerate() {
-            if let Some(pty) = lines.pty {
-                let peer = Peer { module, endpoint: Endpoint::Pty, number: 0 };
-                channels.push(Channel::new(peer, ports.len(), Stream::Pty(pty)));
-                ports.push(ServedPort::new(module, Endpoint::Pty, lines.pty_faults));
-            }
-            if let Some(listener) = lines.tcp {
-                listeners.push((ports.len(), listener));
-                ports.push(ServedPort::new(module, Endpoint::Tcp, lines.tcp_faults));
-            }
-        }
+    /// A server with these ports, and a control socket or none.
+    pub fn new(device: D, ports: Vec<NewPort>, control: Option<ControlSocket>) -> Self {
         let desk = control.map(Desk::new);
-        Self { device, ports, listeners, next_number: 0, channels, desk }
+        let mut server = Self {
+            device,
+            ports: Vec::with_capacity(ports.len()),
+            listeners: Vec::new(),
+            next_number: 0,
+            channels: Vec::with_capacity(ports.len() * MAX_CONNECTIONS),
+            desk,
+        };
+        for NewPort { module, name, transport, faults } in ports {
+            let port = server.ports.len();
+            let endpoint = match transport {
+                Transport::Pty(pty) => {
+                    // Terminals are there before any other connection and stay to the end.
+                    let of_module = |channel: &&Channel| channel.peer.module == module;
+                    let number = server.channels.iter().filter(of_module).count() as u8;
+                    let peer = Peer { module, endpoint: Endpoint::Pty, number };
+                    server.channels.push(Channel::new(peer, port, Stream::Pty(pty)));
+                    Endpoint::Pty
+                }
+                Transport::Tcp(listener) => {
+                    server.listeners.push((port, listener));
+                    Endpoint::Tcp
+                }
+            };
+            server.ports.push(ServedPort::new(module, name, endpoint, faults));
+        }
+        server
     }
 
     /// Serves until something can be read from `stop`. The device's time is zero when this begins.
@@ -228,6 +256,7 @@ impl<D: Device> Server<D> {
         clock.lose(behind.saturating_sub(MAX_BEHIND));
         let left_out = behind.min(MAX_BEHIND).saturating_sub(SLICE);
         self.device.advance_to(clock.module_time(elapsed.saturating_sub(left_out)));
+        self.device.set_faults(&mut self.ports);
         self.collect(elapsed);
     }
 

@@ -7,6 +7,7 @@ use crate::faults::{Counts, Faults, Injector};
 #[derive(Clone, Debug)]
 pub struct ServedPort {
     module: usize,
+    name: String,
     endpoint: Endpoint,
     faults: Faults,
     pub(super) requests: Injector,
@@ -14,14 +15,19 @@ pub struct ServedPort {
 }
 
 impl ServedPort {
-    pub(super) fn new(module: usize, endpoint: Endpoint, faults: Faults) -> Self {
+    pub(super) fn new(module: usize, name: String, endpoint: Endpoint, faults: Faults) -> Self {
         let (requests, replies) = (faults.request_injector(), faults.reply_injector());
-        Self { module, endpoint, faults, requests, replies }
+        Self { module, name, endpoint, faults, requests, replies }
     }
 
     /// Which module it belongs to.
     pub const fn module(&self) -> usize {
         self.module
+    }
+
+    /// What it is called.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// What kind of line it is.
@@ -36,7 +42,8 @@ impl ServedPort {
 
     /// From now on it does this. Frames are counted anew, and the sequence of faults begins anew.
     pub fn set_faults(&mut self, faults: Faults) {
-        *self = Self::new(self.module, self.endpoint, faults);
+        self.faults = faults;
+        (self.requests, self.replies) = (faults.request_injector(), faults.reply_injector());
     }
 
     /// What happened to requests since the faults were set, over all connections.
