@@ -7,9 +7,9 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use opentmcl_catalog::Module;
 use opentmcl_conform::{Coverage, Outcome, Transcript};
 use opentmcl_link::Uri;
+use opentmcl_virtual::ModuleSetup;
 use serde::Serialize;
 
 use crate::failure::{self, Failure};
@@ -17,6 +17,7 @@ use crate::lookup;
 use crate::print::{self, FAILED, OK, SKIPPED, counted};
 use crate::program::SourceArgs;
 use crate::program_files::ProgramFiles;
+use crate::scenario;
 use crate::virtual_target::VirtualTarget;
 use target::ConnectedModule;
 
@@ -32,7 +33,7 @@ pub(crate) struct Args {
     /// Transcripts, or folders with transcripts
     #[arg(value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Module: /dev/ttyACM0, serial:PATH?baud=N, tcp:HOST:PORT or virtual:NAME
+    /// Module: /dev/ttyACM0, serial:PATH?baud=N, tcp:HOST:PORT, virtual:NAME or virtual:SCENARIO.toml
     #[arg(short, long, value_name = "URI", value_parser = lookup::uri)]
     connect: Option<Uri>,
     /// Only transcripts of this kind of module
@@ -97,8 +98,8 @@ fn run_all(args: &Args) -> Result<(), Failure> {
 
 /// Where the transcripts run.
 enum Connect {
-    /// Each on a new virtual module: of this kind, or of the one that the transcript is about.
-    Virtual(Option<&'static Module>),
+    /// Each on a new virtual module: this one, or of the kind that the transcript is about.
+    Virtual(Option<ModuleSetup>),
     /// All on the same module.
     Port(ConnectedModule),
 }
@@ -107,21 +108,22 @@ impl Connect {
     fn new(uri: Option<&Uri>) -> Result<Self, Failure> {
         Ok(match uri {
             None => Self::Virtual(None),
-            Some(Uri::Virtual(name)) => Self::Virtual(Some(lookup::module(name)?)),
+            Some(Uri::Virtual(name)) => Self::Virtual(Some(scenario::module(name)?)),
             Some(Uri::Port(port)) => Self::Port(ConnectedModule::open(port)?),
         })
     }
 
     fn run(&mut self, transcript: &Transcript) -> Result<Outcome, Failure> {
         match self {
-            Self::Virtual(model) => {
-                let model = model.unwrap_or(transcript.module);
+            Self::Virtual(setup) => {
+                let setup = setup.clone().unwrap_or_else(|| ModuleSetup::new(transcript.module));
+                let model = setup.model;
                 if model.name != transcript.module.name {
                     let (name, about) = (&transcript.name, transcript.module.name);
                     return Err(Failure::usage(format!("{name} is about {about}"))
                         .help(format!("name only transcripts of {}", model.name)));
                 }
-                Ok(opentmcl_conform::run(transcript, &mut VirtualTarget::new(model)))
+                Ok(opentmcl_conform::run(transcript, &mut VirtualTarget::new(setup)))
             }
             Self::Port(module) => {
                 module.restart()?;

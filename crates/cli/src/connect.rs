@@ -6,12 +6,12 @@ use opentmcl_wire::limits::PROGRAM_LEN;
 
 use crate::failure::Failure;
 use crate::local::LocalModule;
-use crate::lookup;
+use crate::{lookup, scenario};
 
 /// Options of every subcommand that talks to a module.
 #[derive(clap::Args)]
 pub(crate) struct ConnectArgs {
-    /// Module: /dev/ttyACM0, serial:PATH?baud=N, tcp:HOST:PORT or virtual:NAME
+    /// Module: /dev/ttyACM0, serial:PATH?baud=N, tcp:HOST:PORT, virtual:NAME or virtual:SCENARIO.toml
     #[arg(short, long, value_name = "URI", value_parser = lookup::uri)]
     connect: Uri,
     /// Address of the module
@@ -23,7 +23,7 @@ impl ConnectArgs {
     /// Opens the port, or switches a new virtual module on.
     pub(crate) fn open(&self) -> Result<Box<dyn Connection>, Failure> {
         Ok(match &self.connect {
-            Uri::Virtual(name) => Box::new(LocalModule::new(lookup::module(name)?)),
+            Uri::Virtual(name) => Box::new(LocalModule::new(&scenario::module(name)?)),
             Uri::Port(port) => Box::new(Client::open(port)?),
         })
     }

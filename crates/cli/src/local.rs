@@ -2,10 +2,9 @@
 
 use std::time::Duration;
 
-use opentmcl_catalog::Module;
 use opentmcl_firmware::{Line, Port};
 use opentmcl_link::{Connection, ConnectionError, DEFAULT_TIMEOUT};
-use opentmcl_virtual::VirtualModule;
+use opentmcl_virtual::{MemoryFlash, ModuleSetup, Options, VirtualModule};
 use opentmcl_wire::serial::{Decoder, FRAME_LEN};
 
 const PORT: Port = Port { line: Line::Usb, number: 0 };
@@ -17,9 +16,10 @@ pub(crate) struct LocalModule {
 }
 
 impl LocalModule {
-    /// A new module as it leaves the factory.
-    pub(crate) fn new(model: &'static Module) -> Self {
-        Self { module: VirtualModule::new(model), decoder: Decoder::new() }
+    /// A new module as it leaves the factory, with what is around it.
+    pub(crate) fn new(setup: &ModuleSetup) -> Self {
+        let module = VirtualModule::with_setup(setup, MemoryFlash::new(), Options::default());
+        Self { module, decoder: Decoder::new() }
     }
 }
 

@@ -1,12 +1,14 @@
-//! Programs that transcripts name, from files beside them.
+//! Programs and scenarios that transcripts name, from files beside them.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use opentmcl_catalog::Module;
-use opentmcl_conform::{Assembled, Programs};
+use opentmcl_conform::{Assembled, Programs, ScenarioFile};
+use opentmcl_virtual::{Action, ActionError, ModuleSetup};
 
 use crate::program::{self, Program, Refusals, SourceArgs};
+use crate::{scenario, sources};
 
 /// Reads each program once, however many transcripts name it.
 pub(crate) struct ProgramFiles<'a> {
@@ -46,7 +48,7 @@ impl Programs for ProgramFiles<'_> {
         transcript: &str,
         module: &'static Module,
     ) -> Result<Rc<Assembled>, String> {
-        let path = Path::new(transcript).parent().unwrap_or(Path::new("")).join(file);
+        let path = beside(transcript, file);
         let known =
             self.files.iter().position(|known| known.path == path && known.module == module.name);
         let number = known.unwrap_or_else(|| {
@@ -62,6 +64,44 @@ impl Programs for ProgramFiles<'_> {
             Err(message) => Err(message.clone()),
         }
     }
+
+    fn scenario(
+        &mut self,
+        file: &str,
+        transcript: &str,
+        module: &'static Module,
+    ) -> Result<ScenarioFile, String> {
+        let path = beside(transcript, file);
+        let bytes = sources::read(&path).map_err(|failure| failure.message().to_owned())?;
+        let name = path.display().to_string();
+        let text = String::from_utf8(bytes).map_err(|_| format!("{name} is no UTF-8"))?;
+        let scenario = ScenarioFile { name, text: text.into() };
+        let model = scenario::first(&scenario)?.model;
+        if model.name != module.name {
+            let name = scenario.name;
+            return Err(format!("the first module of {name} is a {}", model.title));
+        }
+        Ok(scenario)
+    }
+
+    fn action(
+        &mut self,
+        action: &str,
+        scenario: Option<&ScenarioFile>,
+        module: &'static Module,
+    ) -> Result<(), String> {
+        let setup = match scenario {
+            Some(scenario) => scenario::first(scenario)?,
+            None => ModuleSetup::new(module),
+        };
+        let action: Action = action.parse().map_err(|error: ActionError| error.to_string())?;
+        setup.check(&action).map_err(|error| error.to_string())
+    }
+}
+
+/// A file beside a transcript.
+fn beside(transcript: &str, file: &str) -> PathBuf {
+    Path::new(transcript).parent().unwrap_or(Path::new("")).join(file)
 }
 
 fn assembled(number: usize, program: &Program) -> Assembled {

@@ -15,6 +15,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use opentmcl_catalog::Module;
+use opentmcl_virtual::ModuleSetup;
 use opentmcl_wire::limits::VARIABLE_BANK;
 use opentmcl_wire::{Command, Duration, Opcode};
 
@@ -23,6 +24,7 @@ use crate::lookup;
 use crate::output;
 use crate::print;
 use crate::program::{self, Refusals, SourceArgs};
+use crate::scenario;
 use crate::sources::{self, is_dash};
 use crate::time;
 use crate::virtual_args::VirtualArgs;
@@ -48,6 +50,9 @@ pub(crate) struct Args {
     /// Module on which it runs [default: the one that a comment `// module: NAME` names]
     #[arg(short, long, value_name = "NAME")]
     module: Option<String>,
+    /// Scenario with the machines behind the axes: FILE, or FILE#NAME for a module of several
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<String>,
     /// Longest virtual time: 500ms, 10s, 2min, 1h
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = time::parse)]
     until: Duration,
@@ -95,11 +100,21 @@ Examples:
   tmcl sim sorter.tmc
   tmcl sim sorter.bin --module tmcm-6214
   tmcl sim sorter.tmc --until 10s --input 3=high --variable 42=1000 --trace
+  tmcl sim homing.tmc --scenario lab.toml
   tmcl sim sorter.tmc --record sorter.csv --rate 1000 --plot sorter.svg";
 
 /// Runs the program.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let chosen = args.module.as_deref().map(lookup::module).transpose()?;
+    let setup = args.scenario.as_deref().map(scenario::of_argument).transpose()?;
+    let mut chosen = args.module.as_deref().map(lookup::module).transpose()?;
+    if let Some(setup) = &setup {
+        if let Some(other) = chosen.filter(|chosen| chosen.name != setup.model.name) {
+            let message =
+                format!("the scenario has a {}, not a {}", setup.model.title, other.title);
+            return Err(Failure::usage(message).help("leave --module out"));
+        }
+        chosen = Some(setup.model);
+    }
     let outputs: Vec<&Path> = args.record.iter().chain(&args.plot).map(PathBuf::as_path).collect();
     if outputs.iter().any(|file| is_dash(file)) {
         return Err(Failure::usage("standard output has the summary already")
@@ -113,7 +128,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Failure::usage(message).help("--module NAME does; so does `// module: NAME` in the source")
     })?;
     let listing = Listing::new(&program);
-    let mut run = Run::new(model, args.virtual_module.options(), &program.commands)?;
+    let setup = setup.unwrap_or_else(|| ModuleSetup::new(model));
+    let mut run = Run::new(&setup, args.virtual_module.options(), &program.commands)?;
     set_up(&mut run, model, args)?;
 
     let mut out = BufWriter::new(anstream::stdout().lock());

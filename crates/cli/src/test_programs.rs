@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use opentmcl_conform::{Case, Transcript};
+use opentmcl_virtual::ModuleSetup;
 use opentmcl_wire::Duration;
 
 use crate::failure::Failure;
@@ -160,7 +161,8 @@ impl Tests<'_> {
 
     fn case(&mut self, transcript: &Transcript, case: &Case) -> CaseResult {
         let start = Instant::now();
-        let mut target = VirtualTarget::new(transcript.module).limited(self.args.limit);
+        let mut target =
+            VirtualTarget::new(ModuleSetup::new(transcript.module)).limited(self.args.limit);
         if let Some(counts) = &mut self.counts {
             target = target.observed(counts);
         }

@@ -2,11 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use opentmcl_catalog::Module;
-use opentmcl_conform::{Line, Moment, Program, ProgramMoment, Target, TargetError};
+use opentmcl_conform::{Line, Moment, Program, ProgramMoment, ScenarioFile, Target, TargetError};
 use opentmcl_firmware as firmware;
 use opentmcl_firmware::{Executed, Mode};
-use opentmcl_virtual::VirtualModule;
+use opentmcl_virtual::{Action, ActionError, MemoryFlash, ModuleSetup, Options, VirtualModule};
 use opentmcl_wire::serial::{self, FRAME_LEN};
 use opentmcl_wire::{Duration, Instant, Opcode};
 
@@ -25,7 +24,7 @@ pub(crate) trait Observer {
 
 /// A virtual module in virtual time.
 pub(crate) struct VirtualTarget<'a> {
-    model: &'static Module,
+    setup: ModuleSetup,
     module: VirtualModule,
     observer: Option<&'a mut dyn Observer>,
     /// Whether the observer is told of what happens now.
@@ -35,15 +34,9 @@ pub(crate) struct VirtualTarget<'a> {
 }
 
 impl<'a> VirtualTarget<'a> {
-    /// A new module as it leaves the factory.
-    pub(crate) fn new(model: &'static Module) -> Self {
-        Self {
-            model,
-            module: VirtualModule::new(model),
-            observer: None,
-            observing: true,
-            limit: None,
-        }
+    /// A new module as it leaves the factory, with what is around it.
+    pub(crate) fn new(setup: ModuleSetup) -> Self {
+        Self { module: new_module(&setup), setup, observer: None, observing: true, limit: None }
     }
 
     /// The same, with a limit of its time.
@@ -80,6 +73,14 @@ impl<'a> VirtualTarget<'a> {
     fn look(&mut self) -> Result<(), TargetError> {
         self.advance_to(self.module.now())
     }
+}
+
+fn new_module(setup: &ModuleSetup) -> VirtualModule {
+    VirtualModule::with_setup(setup, MemoryFlash::new(), Options::default())
+}
+
+fn broken(error: ActionError) -> TargetError {
+    TargetError::Broken(error.to_string())
 }
 
 impl Target for VirtualTarget<'_> {
@@ -162,8 +163,30 @@ impl Target for VirtualTarget<'_> {
         Ok(())
     }
 
+    fn scenario(&mut self, scenario: &ScenarioFile) -> Result<(), TargetError> {
+        self.setup = crate::scenario::first(scenario).map_err(TargetError::Broken)?;
+        self.fresh()
+    }
+
+    fn world(&mut self, action: &str) -> Result<(), TargetError> {
+        self.look()?;
+        let action: Action = action.parse().map_err(broken)?;
+        self.module.act(&action).map_err(broken)
+    }
+
+    fn stage(&mut self, axis: u8, unit: &str) -> Result<Option<f64>, TargetError> {
+        self.look()?;
+        let scale = self.module.scale(axis);
+        let stage = self.module.view(axis).map(|view| view.stage);
+        Ok(match unit {
+            "usteps" => stage,
+            _ if unit == scale.unit().symbol() => stage.map(|stage| scale.to_stage(stage)),
+            _ => None,
+        })
+    }
+
     fn fresh(&mut self) -> Result<(), TargetError> {
-        self.module = VirtualModule::new(self.model);
+        self.module = new_module(&self.setup);
         self.observing = true;
         if let Some(observer) = &mut self.observer {
             observer.fresh();

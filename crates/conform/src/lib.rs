@@ -4,7 +4,7 @@
 //! time and against a real one on a desk, so whoever owns a module can say where we differ.
 //!
 //! - [`mod@parse`]: text to [`Transcript`], with every mistake of a file at once.
-//! - [`programs`]: where programs in files of their own come from, and the names in them.
+//! - [`programs`]: where programs and scenarios in files of their own come from.
 //! - [`mod@run`]: a [`Transcript`] against a [`Target`], with every failed expectation of a file.
 //! - [`mod@coverage`]: which rows of the catalogue the transcripts touch, and which they should.
 //!
@@ -35,6 +35,10 @@
 //! set variable 42 = 7              a user variable
 //! input 3 high                     level of a digital input: high or low
 //! analog 0 1234                    reading of an analog input
+//! scenario lab.toml                machines behind the axes, from a file beside the transcript; before
+//!                                  everything else, and each new module of the file has them
+//! world block axis 1               somebody does something to the module from outside
+//! expect stage 0 = 12.4..12.6 mm   where the stage itself is, whatever the module counts: mm, deg, usteps
 //! wait 1500 ms                     also s and us
 //! expect position 0 = 5000         a condition, or several with commas between them
 //! wait until position 0 reached, at most 10 s
@@ -63,7 +67,8 @@
 //! ```
 //!
 //! All of them ask by commands, and so run on a real module, too. A real module cannot do what
-//! `power cycle`, `input` and `analog` ask for; there the rest of the case is skipped.
+//! `power cycle`, `input`, `analog`, `scenario`, `world` and `expect stage` ask for; there the rest of
+//! the case is skipped.
 
 pub mod coverage;
 pub mod parse;
@@ -74,10 +79,10 @@ pub mod transcript;
 
 pub use coverage::{Coverage, Table};
 pub use parse::{Mistake, parse};
-pub use programs::{Assembled, NoPrograms, Programs};
+pub use programs::{Assembled, NoPrograms, Programs, ScenarioFile};
 pub use run::{Failure, Outcome, Skipped, run, run_case};
 pub use target::{Moment, ProgramMoment, Target, TargetError};
 pub use transcript::{
-    Body, Case, Condition, Exchange, ExpectedReply, Line, Meaning, Program, SourceCommand, Step,
-    StepKind, Transcript,
+    Body, Case, Condition, Exchange, ExpectedReply, Line, Meaning, Program, SourceCommand, Stage,
+    Step, StepKind, Transcript,
 };

@@ -5,13 +5,14 @@ mod condition;
 mod names;
 mod number;
 mod reply;
+mod world;
 
 use opentmcl_catalog::{MODULES, Module, PortBehaviour};
 use opentmcl_wire::limits::VARIABLE_BANK;
 use opentmcl_wire::serial::FRAME_LEN;
 use opentmcl_wire::{Command, Opcode, control};
 
-use crate::programs::Programs;
+use crate::programs::{Programs, ScenarioFile};
 use crate::transcript::{Case, Exchange, ExpectedReply, Line, Step, StepKind, Transcript};
 use case::{Loaded, executed, run_from};
 use condition::{conditions, conditions_and_limit};
@@ -110,6 +111,7 @@ struct Parser<'a> {
     setup_steps: Vec<Step>,
     cases: Vec<Case>,
     now: Loaded,
+    scenario: Option<ScenarioFile>,
     mistakes: Vec<Mistake>,
 }
 
@@ -123,6 +125,7 @@ impl<'a> Parser<'a> {
             setup_steps: Vec::new(),
             cases: Vec::new(),
             now: Loaded::default(),
+            scenario: None,
             mistakes: Vec::new(),
         }
     }
@@ -192,13 +195,18 @@ impl<'a> Parser<'a> {
         match (word, rest.trim()) {
             ("test", name) => self.case(line_number, name),
             ("program", operand) => self.program(operand),
+            ("scenario", file) => self.scenario(file),
+            ("world", action) => self.world(action),
             ("module", _) => {
                 Err(format!("line {line_number} is not the first; a file has one module"))
             }
             ("expect", "") => Err("a condition is missing; write for example: \
                                    expect position 0 = 5000"
                 .into()),
-            ("expect", text) => Ok(Begun::Step(StepKind::Expect(conditions(text, self.names())?))),
+            ("expect", text) => Ok(Begun::Step(match world::stage(text) {
+                Some(stage) => StepKind::Stage(stage?),
+                None => StepKind::Expect(conditions(text, self.names())?),
+            })),
             _ => self.words(line_number, line).map(Begun::Step),
         }
     }
@@ -245,8 +253,8 @@ impl<'a> Parser<'a> {
                 return Err(format!(
                     "{line:?} is no step; write > and a command, wait 10 ms, wait until a \
                      condition, expect a condition, input 0 high, analog 0 100, set variable 42 = 7, \
-                     program, run, stop, test \"name\", port rs485, power cycle, fresh or # and a \
-                     comment"
+                     program, run, stop, scenario lab.toml, world block axis 0, test \"name\", port \
+                     rs485, power cycle, fresh or # and a comment"
                 ));
             }
         })

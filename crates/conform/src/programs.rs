@@ -1,4 +1,4 @@
-//! Programs in files of their own, which a transcript names and whoever runs it brings along.
+//! Programs and scenarios in files of their own, which a transcript names and whoever runs it brings along.
 
 use std::rc::Rc;
 
@@ -17,6 +17,41 @@ pub trait Programs {
         transcript: &str,
         module: &'static Module,
     ) -> Result<Rc<Assembled>, String>;
+
+    /// Reads a scenario whose first module is one of this kind; `file` is as the transcript has it.
+    ///
+    /// # Errors
+    /// Why there is no such scenario, or what is wrong with it.
+    fn scenario(
+        &mut self,
+        file: &str,
+        _transcript: &str,
+        _module: &'static Module,
+    ) -> Result<ScenarioFile, String> {
+        Err(format!("cannot read {file}: scenarios are not available here"))
+    }
+
+    /// Looks whether something can be done to the module of a scenario, or to one with nothing around it.
+    ///
+    /// # Errors
+    /// Why it cannot.
+    fn action(
+        &mut self,
+        _action: &str,
+        _scenario: Option<&ScenarioFile>,
+        _module: &'static Module,
+    ) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// A scenario as it stands in its file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ScenarioFile {
+    /// The path by which it was read.
+    pub name: String,
+    /// Its text.
+    pub text: Rc<str>,
 }
 
 /// Has no files: transcripts stand for themselves.

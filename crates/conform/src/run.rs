@@ -9,7 +9,8 @@ use opentmcl_wire::{Command, Duration, Status, control};
 
 use crate::target::{Moment, Target, TargetError};
 use crate::transcript::{
-    Body, Case, DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, StepKind, Transcript,
+    Body, Case, DEFAULT_ADDRESS, Exchange, ExpectedReply, Line, Program, Stage, StepKind,
+    Transcript,
 };
 
 /// How long a reply may take. The longest telegram pause is 255 ms.
@@ -151,7 +152,25 @@ impl Runner<'_> {
                 self.port = None;
                 self.target.fresh()
             }
+            StepKind::Scenario(scenario) => self.target.scenario(scenario),
+            StepKind::World(action) => self.target.world(action),
+            StepKind::Stage(stage) => self.stage(line, stage),
         }
+    }
+
+    fn stage(&mut self, line: usize, stage: &Stage) -> Result<(), TargetError> {
+        let position = self.target.stage(stage.axis, stage.unit)?;
+        self.outcome.expectations += 1;
+        if position.is_some_and(|position| stage.range.contains(&position)) {
+            return Ok(());
+        }
+        let (axis, unit) = (stage.axis, stage.unit);
+        let got = match position {
+            Some(position) => format!("stage {axis} = {position:.4} {unit}"),
+            None => format!("a stage that is not measured in {unit}"),
+        };
+        self.fail(line, "where the stage is", &stage.text, got);
+        Ok(())
     }
 
     fn exchange(&mut self, exchange: &Exchange) -> Result<(), TargetError> {

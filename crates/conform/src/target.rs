@@ -3,6 +3,7 @@
 use opentmcl_wire::Duration;
 use opentmcl_wire::serial::FRAME_LEN;
 
+use crate::programs::ScenarioFile;
 use crate::transcript::{Line, Program};
 
 /// A module that transcripts can be run against.
@@ -57,6 +58,25 @@ pub trait Target {
     /// # Errors
     /// Of kind [`TargetError::Unable`] where that cannot be done.
     fn set_analog(&mut self, number: u8, reading: u16) -> Result<(), TargetError>;
+
+    /// Takes a new module with the machines of this scenario; each new one from now on has them.
+    ///
+    /// # Errors
+    /// Of kind [`TargetError::Unable`] where that cannot be done.
+    fn scenario(&mut self, scenario: &ScenarioFile) -> Result<(), TargetError>;
+
+    /// Does something to the module from outside.
+    ///
+    /// # Errors
+    /// Of kind [`TargetError::Unable`] where that cannot be done.
+    fn world(&mut self, action: &str) -> Result<(), TargetError>;
+
+    /// Where the stage of an axis stands, in this unit: `mm`, `deg` or `usteps`; none if it is not
+    /// measured so.
+    ///
+    /// # Errors
+    /// Of kind [`TargetError::Unable`] where that cannot be known.
+    fn stage(&mut self, axis: u8, unit: &str) -> Result<Option<f64>, TargetError>;
 
     /// Takes a new module as it leaves the factory; where there is only one, restarts it, so that
     /// at least what it has in RAM is new.

@@ -8,7 +8,7 @@ use opentmcl_catalog::Module;
 use opentmcl_wire::serial::{self, FRAME_LEN};
 use opentmcl_wire::{Command, Duration};
 
-use crate::programs::Assembled;
+use crate::programs::{Assembled, ScenarioFile};
 
 /// Address of the module unless a line names another one: the factory setting.
 pub const DEFAULT_ADDRESS: u8 = 1;
@@ -95,7 +95,29 @@ pub enum StepKind {
     },
     /// A new module takes the place of the present one.
     Fresh,
+    /// A new module with the machines of this scenario takes the place of the present one, and each
+    /// new one from now on has them.
+    Scenario(ScenarioFile),
+    /// Somebody does something to the module from outside.
+    World(String),
+    /// The stage itself stands here, whatever the module counts.
+    Stage(Stage),
 }
+
+/// Where a stage should be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// The expectation as it is written.
+    pub text: String,
+    /// Of which axis.
+    pub axis: u8,
+    /// Positions, both ends included.
+    pub range: RangeInclusive<f64>,
+    /// Their unit: `mm`, `deg` or `usteps`.
+    pub unit: &'static str,
+}
+
+impl Eq for Stage {}
 
 /// A request and what must answer it.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -201,7 +201,7 @@ impl<F: NorFlash> VirtualModule<F> {
 
     /// Levels of the general purpose outputs, bit n for output n.
     pub fn digital_outputs(&self) -> u8 {
-        self.board().digital_outputs()
+        if self.world.powered { self.module.digital_outputs() } else { 0 }
     }
 
     /// Where an axis stands, in microsteps; none if there is no such axis.

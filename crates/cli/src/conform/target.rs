@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use opentmcl_conform::{Line, Moment, Target, TargetError};
+use opentmcl_conform::{Line, Moment, ScenarioFile, Target, TargetError};
 use opentmcl_link::{Client, Connection, ConnectionError, PortUri};
 use opentmcl_wire::serial::FRAME_LEN;
 use opentmcl_wire::{Command, Duration, control};
@@ -109,6 +109,18 @@ impl Target for ConnectedModule {
 
     fn set_analog(&mut self, _: u8, _: u16) -> Result<(), TargetError> {
         Err(unable("an input can be set"))
+    }
+
+    fn scenario(&mut self, _: &ScenarioFile) -> Result<(), TargetError> {
+        Err(unable("there is a scenario"))
+    }
+
+    fn world(&mut self, _: &str) -> Result<(), TargetError> {
+        Err(unable("something can be done from outside"))
+    }
+
+    fn stage(&mut self, _: u8, _: &str) -> Result<Option<f64>, TargetError> {
+        Err(unable("it can be known where the stage is"))
     }
 
     fn fresh(&mut self) -> Result<(), TargetError> {

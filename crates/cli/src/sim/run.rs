@@ -2,9 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use opentmcl_catalog::Module;
 use opentmcl_firmware::{Executed, Mode};
-use opentmcl_virtual::{Event, MemoryFlash, Options, Travel, VirtualModule, Watch};
+use opentmcl_virtual::{Event, MemoryFlash, ModuleSetup, Options, Travel, VirtualModule, Watch};
 use opentmcl_wire::limits::PROGRAM_LEN;
 use opentmcl_wire::{Command, Duration, Instant, Status, control};
 
@@ -45,13 +44,13 @@ pub(super) struct Outcome {
 }
 
 impl Run {
-    /// Switches a module on and downloads a program into it.
+    /// Switches a module on, with what is around it, and downloads a program into it.
     pub(super) fn new(
-        model: &'static Module,
+        setup: &ModuleSetup,
         options: Options,
         commands: &[Command],
     ) -> Result<Self, Failure> {
-        let mut module = VirtualModule::with_flash(model, MemoryFlash::new(), options);
+        let mut module = VirtualModule::with_setup(setup, MemoryFlash::new(), options);
         execute(&mut module, Command::new(control::START_DOWNLOAD, 0, 0, 0))?;
         for (address, &command) in commands.iter().enumerate() {
             let status = module.execute(command).status;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::parse::parse;
-use crate::programs::NoPrograms;
+use crate::programs::{NoPrograms, ScenarioFile};
 use opentmcl_wire::{Opcode, Reply};
 
 /// Answers every command with status 100 and the value of the request plus one; GGP with the
@@ -65,6 +65,18 @@ impl Target for Echo {
 
     fn set_analog(&mut self, _: u8, _: u16) -> Result<(), TargetError> {
         Ok(())
+    }
+
+    fn scenario(&mut self, _: &ScenarioFile) -> Result<(), TargetError> {
+        Err(TargetError::Unable("it has no machine".to_owned()))
+    }
+
+    fn world(&mut self, _: &str) -> Result<(), TargetError> {
+        Err(TargetError::Unable("it has no machine".to_owned()))
+    }
+
+    fn stage(&mut self, axis: u8, unit: &str) -> Result<Option<f64>, TargetError> {
+        Ok((unit == "mm").then(|| f64::from(axis) + 0.5))
     }
 
     fn fresh(&mut self) -> Result<(), TargetError> {
@@ -216,4 +228,18 @@ fn what_a_target_cannot_do_skips_the_rest_of_the_case_alone() {
     assert_eq!(outcome.skipped[0].line, 3);
     let lines: Vec<_> = outcome.failures.iter().map(|failure| failure.line).collect();
     assert_eq!(lines, [6]);
+}
+
+#[test]
+fn a_stage_is_expected_where_it_is_and_what_no_target_can_do_ends_the_file() {
+    let outcome = outcome(
+        "expect stage 2 = 2.4..2.6 mm\nexpect stage 2 = 3 mm\nexpect stage 2 = 3 deg\n\
+         world block axis 0\nexpect stage 2 = 9 mm",
+    );
+    assert_eq!(outcome.expectations, 3);
+    let [second, third] = &outcome.failures[..] else { panic!("{:?}", outcome.failures) };
+    assert_eq!((second.line, second.got.as_str()), (3, "stage 2 = 2.5000 mm"));
+    assert_eq!(third.got, "a stage that is not measured in deg");
+    let skipped = Skipped { line: 5, reason: "it has no machine".to_owned() };
+    assert_eq!(outcome.skipped, [skipped]);
 }

@@ -1,6 +1,7 @@
 //! What has changed since somebody looked.
 
 use embedded_storage::nor_flash::NorFlash;
+use opentmcl_firmware::Board as _;
 use opentmcl_wire::{Duration, Instant, TICKS_PER_SECOND};
 use serde_json::{Map, Value, json};
 
@@ -67,10 +68,12 @@ impl<F: NorFlash> Lab<F> {
 
     fn is_moving(&mut self) -> bool {
         self.modules.iter_mut().any(|module| {
-            (0..module.model().axes).any(|axis| {
-                module.speed(axis) != Some(0)
-                    || module.view(axis).is_some_and(|view| view.speed != 0.0)
-            })
+            // An axis that is about to start has no speed yet, and something to come.
+            module.board_mut().next_event().is_some()
+                || (0..module.model().axes).any(|axis| {
+                    module.speed(axis) != Some(0)
+                        || module.view(axis).is_some_and(|view| view.speed != 0.0)
+                })
         })
     }
 }

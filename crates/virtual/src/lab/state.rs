@@ -24,9 +24,9 @@ pub(super) const CONTINUOUS: [&str; 9] = [
     "current",
 ];
 
-/// Register DRV_STATUS of the TMC5160, and its flags.
+/// Register DRV_STATUS of the TMC5160, and its flags; whether an axis stands is told by `moving`.
 const DRV_STATUS: u8 = 0x6F;
-const FLAGS: [(&str, u32); 8] = [
+const FLAGS: [(&str, u32); 7] = [
     ("stall", 24),
     ("overtemperature", 25),
     ("overtemperature_warning", 26),
@@ -34,7 +34,6 @@ const FLAGS: [(&str, u32); 8] = [
     ("short_b", 28),
     ("open_a", 29),
     ("open_b", 30),
-    ("standstill", 31),
 ];
 
 /// One axis.

@@ -163,6 +163,6 @@ fn port_kind<'a>(reader: &mut Reader<'a>, port: &Table<'a>) -> Option<PortKind> 
 /// An action that fits the module, or what is wrong with it.
 pub(super) fn fitting(text: &str, setup: &ModuleSetup) -> Result<Action, String> {
     let action: Action = text.parse().map_err(|error: crate::ActionError| error.to_string())?;
-    crate::world::check(&action, setup.model, &setup.axes)?;
+    setup.check(&action).map_err(|error| error.to_string())?;
     Ok(action)
 }

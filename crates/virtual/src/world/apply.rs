@@ -35,6 +35,16 @@ pub(crate) struct World {
     pub(crate) powered: bool,
 }
 
+impl ModuleSetup {
+    /// Looks whether an action can be done to the module.
+    ///
+    /// # Errors
+    /// When there is no such axis or input, or the axis has no machine for it.
+    pub fn check(&self, action: &Action) -> Result<(), ActionError> {
+        check(action, self.model, &self.axes).map_err(ActionError)
+    }
+}
+
 impl World {
     pub(crate) fn new(setup: &ModuleSetup) -> Self {
         Self {

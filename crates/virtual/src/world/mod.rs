@@ -13,7 +13,6 @@ pub use parse::ActionError;
 pub use schedule::{Shape, Wave};
 
 pub(crate) use apply::World;
-pub(crate) use check::check;
 pub(crate) use hands::Hands;
 pub(crate) use parse::{FAULTS_FORM, FORMS};
 pub(crate) use schedule::between;
