@@ -5,7 +5,6 @@ mod device;
 mod eeprom;
 mod faults;
 
-use std::fs;
 use std::io::{self, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
@@ -17,8 +16,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use tempfile::TempDir;
 
 use crate::failure::Failure;
-use crate::lookup;
 use crate::virtual_args::VirtualArgs;
+use crate::{lookup, scenario};
 use announce::Announcement;
 use device::Served;
 use eeprom::Eeprom;
@@ -112,12 +111,7 @@ fn names_a_file(text: &str) -> bool {
 
 /// Reads a scenario. The files and links that it names are in its folder.
 fn read_scenario(path: &str) -> Result<Scenario, Failure> {
-    let text = fs::read_to_string(path).map_err(|error| {
-        Failure::new(format!("cannot read {path}: {error}"))
-            .help("a scenario is a text in TOML; `tmcl serve tmcm-6214` needs none")
-    })?;
-    let mut scenario = Scenario::parse(path, &text)
-        .map_err(|mistakes| Failure::new(format!("{path} is no scenario\n{mistakes}")))?;
+    let mut scenario = scenario::load(Path::new(path))?;
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     for module in &mut scenario.modules {
         module.eeprom = module.eeprom.take().map(|file| folder.join(file));
