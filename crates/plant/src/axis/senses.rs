@@ -102,7 +102,8 @@ impl Rig {
     /// Count of the encoder with the rotor and the stage there.
     fn count_at(&self, rotor: f64, stage: f64) -> Option<i64> {
         let encoder = self.shaft.machine.encoder?;
-        let shaft = if encoder.on_stage { stage } else { rotor };
+        // It counts from where it stood when the module was switched on first.
+        let shaft = if encoder.on_stage { stage } else { rotor } - self.origin;
         let counts = shaft / self.shaft.turn() * encoder.counts;
         Some(libm::floor(if encoder.reversed { -counts } else { counts }) as i64)
     }
