@@ -169,9 +169,8 @@ impl Axis {
         self.run(now);
         if let Some(rig) = &mut self.rig {
             match address {
-                registers::DRV_STATUS | registers::RAMP_STAT | registers::PWM_SCALE => {
-                    rig.sense(&mut self.chip, now);
-                }
+                // That the value comes to 0 is an event of its own, so RAMP_STAT knows of it already.
+                registers::DRV_STATUS | registers::PWM_SCALE => rig.sense(&mut self.chip, now),
                 registers::X_ENC => rig.count(&mut self.chip, now),
                 _ => {}
             }
