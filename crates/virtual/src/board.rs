@@ -249,6 +249,16 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
         next
     }
 
+    fn axes_with_event(&mut self) -> u8 {
+        let now = self.now;
+        let due = |event: &Foreseen| match *event {
+            Foreseen::At(event) => event.is_some_and(|at| at <= now),
+            Foreseen::Unknown => true,
+        };
+        let events = (0..).zip(&self.events).filter(|(_, event)| due(event));
+        events.fold(0, |axes, (axis, _)| axes | 1 << axis)
+    }
+
     fn read_register(&mut self, axis: u8, address: u8) -> u32 {
         let now = self.now;
         self.axes.get_mut(usize::from(axis)).map_or(0, |axis| axis.read(address, now))
