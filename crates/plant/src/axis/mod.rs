@@ -180,6 +180,10 @@ impl Axis {
 
     /// Writes a register of the chip.
     pub fn write(&mut self, address: u8, value: u32, now: Instant) {
+        if self.chip.plans_with(address, value) {
+            // A move writes registers that hold its limits already; nothing follows from that.
+            return;
+        }
         self.change(now, |axis| {
             axis.chip.write(address, value, now);
         });
