@@ -5,6 +5,7 @@ mod asm;
 mod check;
 mod common;
 mod control;
+mod coolstep;
 mod disasm;
 mod download;
 mod exec;
