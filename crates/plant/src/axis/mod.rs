@@ -311,7 +311,7 @@ impl Axis {
     /// Brings chip and machine into accord with each other at `now`, and finds out when that ends.
     fn settle(&mut self, now: Instant) {
         // A switch stops the field, which changes the load angle, which can move the stage off the switch.
-        // That ends at once in practice; the bound is for what nobody has thought of.
+        // CoolStep changes the current, which changes what StallGuard2 reads next. That ends at once in practice; the bound is for what nobody has thought of.
         const ROUNDS: usize = 8;
         let Some(rig) = &mut self.rig else {
             let [left, right, _] = self.levels(now);
@@ -319,12 +319,12 @@ impl Axis {
             return;
         };
         for _ in 0..ROUNDS {
-            let field = self.chip.field(now);
+            let before = (self.chip.field(now), self.chip.coils(now));
             rig.settle(&mut self.chip, &mut self.contacts, now);
             let [left, right, _] =
                 self.contacts.each_ref().map(|contact| contact.level(now.as_ticks()));
             self.chip.set_reference_inputs(left, right, now);
-            if self.chip.field(now) == field {
+            if (self.chip.field(now), self.chip.coils(now)) == before {
                 break;
             }
             rig.come_to(&self.chip, now);
