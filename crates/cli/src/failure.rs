@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use anstyle::{AnsiColor, Style};
 use opentmcl_link::program::TransferError;
-use opentmcl_link::{ConnectionError, EepromFileError, PtyError, TcpError};
+use opentmcl_link::{
+    ConnectionError, ControlClientError, ControlError, EepromFileError, PtyError, TcpError,
+};
 
 /// Why a subcommand did not do what it was asked to.
 #[derive(Debug)]
@@ -19,6 +21,8 @@ pub(crate) struct Failure {
 enum Kind {
     Failed,
     WrongUsage,
+    /// Somebody else does not want to do it.
+    Refused,
     /// The output says it all.
     Told,
     /// Whoever read the output has seen enough.
@@ -37,6 +41,16 @@ impl Failure {
     /// Something that cannot be done was asked for: exit status 2.
     pub(crate) fn usage(message: impl ToString) -> Self {
         Self { kind: Kind::WrongUsage, ..Self::new(message) }
+    }
+
+    /// Whoever was asked does not do it, and may be asked for something else: exit status 1.
+    pub(crate) fn refused(message: impl ToString) -> Self {
+        Self { kind: Kind::Refused, ..Self::new(message) }
+    }
+
+    /// Whether asking for something else makes sense.
+    pub(crate) fn is_refusal(&self) -> bool {
+        self.kind == Kind::Refused
     }
 
     /// What was wrong.
@@ -75,7 +89,15 @@ macro_rules! failures_with_help {
         }
     )*};
 }
-failures_with_help!(ConnectionError, EepromFileError, PtyError, TcpError, TransferError);
+failures_with_help!(
+    ConnectionError,
+    ControlClientError,
+    ControlError,
+    EepromFileError,
+    PtyError,
+    TcpError,
+    TransferError
+);
 
 /// Reports a failure and says how the program ends.
 pub(crate) fn exit_code(result: Result<(), Failure>) -> ExitCode {
@@ -83,7 +105,7 @@ pub(crate) fn exit_code(result: Result<(), Failure>) -> ExitCode {
     match failure.kind {
         Kind::NobodyListens => return ExitCode::SUCCESS,
         Kind::Told => return ExitCode::FAILURE,
-        Kind::Failed | Kind::WrongUsage => {}
+        Kind::Failed | Kind::WrongUsage | Kind::Refused => {}
     }
     anstream::eprintln!("{ERROR}error{ERROR:#}: {}", failure.message);
     if let Some(help) = failure.help {

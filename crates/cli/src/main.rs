@@ -32,6 +32,7 @@ mod upload;
 mod uri;
 mod virtual_args;
 mod virtual_target;
+mod world;
 
 use std::process::ExitCode;
 
@@ -50,6 +51,8 @@ struct Cli {
 const EXAMPLES: &str = "\
 Examples:
   tmcl serve tmcm-6214                          a virtual module for any TMCL client
+  tmcl serve lab.toml                           modules with machines behind their axes
+  tmcl world -c PATH 'press left axis 0'        what happens to such a machine
   tmcl exec -c virtual:tmcm-6214 'GAP 5, 0'     one command, one reply
   tmcl modules tmcm-6214                        everything that the module has
   tmcl check spin.tmc                           mistakes in a program
@@ -61,6 +64,7 @@ Examples:
 enum Command {
     Modules(modules::Args),
     Serve(serve::Args),
+    World(world::Args),
     Exec(exec::Args),
     Asm(asm::Args),
     Disasm(disasm::Args),
@@ -83,6 +87,7 @@ fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Modules(args) => failure::exit_code(modules::run(&args)),
         Command::Serve(args) => failure::exit_code(serve::run(&args)),
+        Command::World(args) => failure::exit_code(world::run(&args)),
         Command::Exec(args) => failure::exit_code(exec::run(&args)),
         Command::Asm(args) => failure::exit_code(asm::run(&args)),
         Command::Disasm(args) => failure::exit_code(disasm::run(&args)),

@@ -1,35 +1,39 @@
-//! `tmcl serve`: a virtual module that any TMCL client can connect to.
+//! `tmcl serve`: virtual modules that any TMCL client can connect to.
+
+mod announce;
+mod device;
+mod eeprom;
+mod faults;
 
 use std::io::{self, Write};
-use std::net::SocketAddr;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
-use embedded_storage::nor_flash::NorFlash;
-use opentmcl_catalog::Module;
-use opentmcl_firmware::{Line, Port};
-use opentmcl_link::{Device, Endpoint, FileFlash, Listener, Peer, Pty, Server, Speed};
-use opentmcl_virtual::VirtualModule;
-use opentmcl_virtual::flash::{FLASH_SIZE, MemoryFlash, PAGE_SIZE, WORD_SIZE};
-use opentmcl_wire::Instant;
-use opentmcl_wire::serial::{FRAME_LEN, Request, WrongChecksum};
-use serde::Serialize;
+use opentmcl_link::{ControlSocket, FileFlash, Listener, NewPort, Pty, Server, Speed, Transport};
+use opentmcl_virtual::flash::MemoryFlash;
+use opentmcl_virtual::{Lab, ModuleSetup, PortKind, PortSetup, Scenario};
 use signal_hook::consts::{SIGINT, SIGTERM};
+use tempfile::TempDir;
 
 use crate::failure::Failure;
-use crate::lookup;
-use crate::print;
 use crate::virtual_args::VirtualArgs;
+use crate::{lookup, scenario};
+use announce::Announcement;
+use device::Served;
+use eeprom::Eeprom;
+use faults::PortFaults;
 
-/// Run a virtual module in real time until Ctrl-C
+/// Run virtual modules in real time until Ctrl-C
 ///
-/// Software that talks to real modules connects to it unchanged. Without --pty and --tcp it is
-/// served on both. The pseudo terminal behaves as the module's USB port, a TCP connection as its
-/// RS485 bus.
+/// Software that talks to real modules connects to them unchanged. A scenario describes one or more
+/// modules and the machines behind their axes. Without --pty and --tcp, and without ports in the
+/// scenario, a module is served on both. The pseudo terminal behaves as the module's USB port, a TCP
+/// connection as its RS485 bus.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Args {
-    /// Name of the module, see `tmcl modules`
+    /// Name of a module, see `tmcl modules`, or a file SCENARIO.toml
+    #[arg(value_name = "MODULE|SCENARIO")]
     module: String,
     /// Serve on a serial port; PATH becomes a link to it while the module runs
     #[arg(long, value_name = "PATH", num_args = 0..=1)]
@@ -43,6 +47,12 @@ pub(crate) struct Args {
     /// Let time pass for the module this many times as fast, 0.001..1000
     #[arg(long, value_name = "FACTOR", default_value = "1", value_parser = parse_speed)]
     speed: Speed,
+    /// Faults of the lines, of all or of one port: drop=0.01,seed=7 or tcp:delay=20ms@0.1
+    #[arg(long, value_name = "[PORT:]SPEC", value_parser = faults::parse_option)]
+    faults: Vec<PortFaults>,
+    /// Serve the world around the modules on a local socket [default for a scenario: a new path]
+    #[arg(long, value_name = "PATH", num_args = 0..=1)]
+    world: Option<Option<PathBuf>>,
     #[command(flatten)]
     virtual_module: VirtualArgs,
     /// Print the endpoints as one line of JSON
@@ -54,7 +64,9 @@ const EXAMPLES: &str = "\
 Examples:
   tmcl serve tmcm-6214
   tmcl serve tmcm-6214 --pty /tmp/stage --eeprom stage.bin
-  tmcl serve tmcm-6214 --tcp 127.0.0.1:4016 --speed 10";
+  tmcl serve tmcm-6214 --tcp 127.0.0.1:4016 --speed 10
+  tmcl serve tmcm-6214 --faults drop=0.001,corrupt=1/1000,seed=7
+  tmcl serve lab.toml --world /tmp/lab";
 
 fn parse_speed(text: &str) -> Result<Speed, String> {
     text.parse()
@@ -63,48 +75,154 @@ fn parse_speed(text: &str) -> Result<Speed, String> {
         .ok_or_else(|| format!("write a number from {} to {}", Speed::MIN, Speed::MAX))
 }
 
-/// Serves the module until SIGINT or SIGTERM.
+/// Serves the modules until SIGINT or SIGTERM.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let model = lookup::module(&args.module)?;
-    let options = args.virtual_module.options();
-    match &args.eeprom {
-        Some(path) => {
-            let flash = FileFlash::<FLASH_SIZE, PAGE_SIZE, WORD_SIZE>::open(path)?;
-            serve(args, model, VirtualModule::with_flash(model, flash, options))
-        }
-        None => serve(args, model, VirtualModule::with_flash(model, MemoryFlash::new(), options)),
-    }
-}
-
-fn serve<F: NorFlash>(
-    args: &Args,
-    model: &'static Module,
-    module: VirtualModule<F>,
-) -> Result<(), Failure> {
-    // Before anybody can know that the module is there and send the first signal.
+    let is_plain = !names_a_file(&args.module);
+    let mut scenario = if is_plain {
+        Scenario::of_model(lookup::module(&args.module)?)
+    } else {
+        read_scenario(&args.module)?
+    };
+    apply_options(args, &mut scenario)?;
+    faults::check(&scenario)?;
+    // Before anybody can know that the modules are there and send the first signal.
     let stop = stop_signal()
         .map_err(|error| Failure::new(format!("cannot listen to signals: {error}")))?;
-    let both = args.pty.is_none() && args.tcp.is_none();
-    let pty = match &args.pty {
-        Some(path) => Some(Pty::open(path.as_deref())?),
-        None if both => Some(Pty::open(None)?),
-        None => None,
+    let lab = Lab::with_flashes(scenario.clone(), args.virtual_module.options(), open_eeprom)?;
+    let ports = open_ports(args, &scenario)?;
+    let world = open_world(args, is_plain)?;
+    let announcement = Announcement {
+        scenario: &scenario,
+        is_plain,
+        ports: &ports,
+        world: world.as_ref().map(|(socket, _)| socket.path().to_owned()),
     };
-    let listener = match &args.tcp {
-        Some(address) => Some(Listener::bind(address.as_deref().unwrap_or("127.0.0.1"))?),
-        None if both => Some(Listener::bind("127.0.0.1")?),
-        None => None,
-    };
-    let endpoints = Endpoints {
-        module: model.name,
-        firmware: lookup::version(model.firmware),
-        pty: pty.as_ref().map(|pty| pty.path().to_owned()),
-        tcp: listener.as_ref().map(Listener::address),
-    };
-    announce(args, model, &endpoints)?;
-    Server::new(Served(module), pty, listener)
+    announce(args, &announcement)?;
+    let (socket, _folder) = world.unzip();
+    Server::new(Served::new(lab, args.speed), ports, socket)
         .run(stop, args.speed)
         .map_err(|error| Failure::new(format!("cannot wait for clients: {error}")))
+}
+
+/// No module has such a name.
+fn names_a_file(text: &str) -> bool {
+    text.contains('/') || Path::new(text).extension().is_some_and(|extension| extension == "toml")
+}
+
+/// Reads a scenario. The files and links that it names are in its folder.
+fn read_scenario(path: &str) -> Result<Scenario, Failure> {
+    let mut scenario = scenario::load(Path::new(path))?;
+    let folder = Path::new(path).parent().unwrap_or(Path::new(""));
+    for module in &mut scenario.modules {
+        module.eeprom = module.eeprom.take().map(|file| folder.join(file));
+        for port in &mut module.ports {
+            if let PortKind::Pty(Some(link)) = &mut port.kind {
+                *link = folder.join(&link);
+            }
+        }
+    }
+    Ok(scenario)
+}
+
+/// Lets the command line have its say about where the modules are served.
+fn apply_options(args: &Args, scenario: &mut Scenario) -> Result<(), Failure> {
+    match scenario.modules.as_mut_slice() {
+        [module] => {
+            if args.eeprom.is_some() {
+                module.eeprom.clone_from(&args.eeprom);
+            }
+            if args.pty.is_some() || args.tcp.is_some() {
+                module.ports.clear();
+            }
+            let pty = args.pty.clone().map(PortKind::Pty);
+            let tcp = args.tcp.clone();
+            let tcp = tcp.map(|tcp| PortKind::Tcp(tcp.unwrap_or_else(|| "127.0.0.1".to_owned())));
+            module.ports.extend(pty.into_iter().chain(tcp).map(port));
+        }
+        _ if args.eeprom.is_some() || args.pty.is_some() || args.tcp.is_some() => {
+            return Err(Failure::usage("--pty, --tcp and --eeprom are for one module")
+                .help("write [[module.port]] and eeprom = \"FILE\" into the scenario"));
+        }
+        _ => {}
+    }
+    for module in &mut scenario.modules {
+        if module.ports.is_empty() {
+            let both = [PortKind::Pty(None), PortKind::Tcp("127.0.0.1".to_owned())];
+            module.ports.extend(both.map(port));
+        }
+    }
+    Ok(())
+}
+
+/// A port with the name of its kind.
+fn port(kind: PortKind) -> PortSetup {
+    let name = match kind {
+        PortKind::Pty(_) => "pty",
+        PortKind::Tcp(_) => "tcp",
+    };
+    PortSetup { name: name.to_owned(), kind, faults: None, line: 0 }
+}
+
+fn open_eeprom(module: &ModuleSetup) -> Result<Eeprom, Failure> {
+    Ok(match &module.eeprom {
+        Some(path) => Eeprom::File(FileFlash::open(path)?),
+        None => Eeprom::Memory(MemoryFlash::new()),
+    })
+}
+
+fn open_ports(args: &Args, scenario: &Scenario) -> Result<Vec<NewPort>, Failure> {
+    let mut ports = Vec::new();
+    for (module, setup) in scenario.modules.iter().enumerate() {
+        for PortSetup { name, kind, faults, .. } in &setup.ports {
+            let transport = match kind {
+                PortKind::Pty(link) => Transport::Pty(Pty::open(link.as_deref())?),
+                PortKind::Tcp(address) => Transport::Tcp(Listener::bind(address)?),
+            };
+            let faults = match faults {
+                Some(spec) => faults::parse(spec).map_err(Failure::new)?,
+                None => Default::default(),
+            };
+            ports.push(NewPort { module, name: name.clone(), transport, faults });
+        }
+    }
+    for PortFaults { port, faults } in &args.faults {
+        let is_meant = |name: &String| port.as_ref().is_none_or(|port| port == name);
+        if !ports.iter().any(|port| is_meant(&port.name)) {
+            let mut names: Vec<&str> = ports.iter().map(|port| port.name.as_str()).collect();
+            names.dedup();
+            let wrong = port.as_deref().unwrap_or_default();
+            return Err(Failure::usage(format!("--faults: there is no port {wrong:?}"))
+                .help(format!("the ports are {}", names.join(", "))));
+        }
+        let meant = ports.iter_mut().filter(|port| is_meant(&port.name));
+        meant.for_each(|port| port.faults = *faults);
+    }
+    Ok(ports)
+}
+
+/// The socket to the world, and the folder that was made for it.
+fn open_world(
+    args: &Args,
+    is_plain: bool,
+) -> Result<Option<(ControlSocket, Option<TempDir>)>, Failure> {
+    match &args.world {
+        Some(Some(path)) => Ok(Some((ControlSocket::bind(path)?, None))),
+        None if is_plain => Ok(None),
+        Some(None) | None => {
+            // Both are folders of this user alone: the one that the system has for such things, and
+            // the new one.
+            let base = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
+            let base = base.filter(|base| base.is_dir()).unwrap_or_else(std::env::temp_dir);
+            let folder =
+                tempfile::Builder::new().prefix("tmcl-").tempdir_in(&base).map_err(|error| {
+                    let base = base.display();
+                    Failure::new(format!("cannot make a folder in {base}: {error}"))
+                        .help("choose a path for the socket: --world PATH")
+                })?;
+            let socket = ControlSocket::bind(&folder.path().join("world"))?;
+            Ok(Some((socket, Some(folder))))
+        }
+    }
 }
 
 /// Becomes readable with the first signal that shall end the program.
@@ -116,72 +234,13 @@ fn stop_signal() -> io::Result<UnixStream> {
     Ok(stop)
 }
 
-/// What `--json` prints.
-#[derive(Serialize)]
-struct Endpoints {
-    module: &'static str,
-    firmware: String,
-    pty: Option<PathBuf>,
-    tcp: Option<SocketAddr>,
-}
-
-fn announce(args: &Args, model: &Module, endpoints: &Endpoints) -> Result<(), Failure> {
+fn announce(args: &Args, announcement: &Announcement<'_>) -> Result<(), Failure> {
     let mut out = anstream::stdout().lock();
     if args.json {
-        print::json_line(&mut out, endpoints)?;
+        announcement.json(&mut out)?;
     } else {
-        print(&mut out, model, endpoints)?;
+        announcement.text(&mut out)?;
     }
     out.flush()?;
     Ok(())
-}
-
-fn print(out: &mut impl Write, model: &Module, endpoints: &Endpoints) -> io::Result<()> {
-    let Endpoints { firmware, pty, tcp, .. } = endpoints;
-    writeln!(out, "Virtual {}, firmware {firmware}. Ctrl-C ends it.", model.title)?;
-    let pty = pty.as_deref().map(Path::display);
-    if let Some(path) = &pty {
-        writeln!(out, "\n  serial port   {path}")?;
-        writeln!(out, "    tmcl exec -c {path} 'ROR 0, 51200'")?;
-        writeln!(out, "    ConnectionManager(\"--interface serial_tmcl --port {path}\")")?;
-    }
-    if let Some(address) = tcp {
-        writeln!(out, "\n  TCP           {address}")?;
-        writeln!(out, "    tmcl exec -c tcp:{address} 'ROR 0, 51200'")?;
-        writeln!(
-            out,
-            "    ConnectionManager(\"--interface socket_serial_tmcl --port {address}\")"
-        )?;
-    }
-    writeln!(out, "\nConnectionManager is PyTrinamic's, from pytrinamic.connections.")
-}
-
-/// A virtual module as the server sees it.
-struct Served<F: NorFlash>(VirtualModule<F>);
-
-impl<F: NorFlash> Device for Served<F> {
-    fn next_event(&mut self) -> Option<Instant> {
-        self.0.next_event()
-    }
-
-    fn advance_to(&mut self, now: Instant) {
-        self.0.advance_to(now);
-    }
-
-    fn receive(&mut self, from: Peer, request: Result<Request, WrongChecksum>) {
-        let line = match from.endpoint {
-            Endpoint::Pty => Line::Usb,
-            Endpoint::Tcp => Line::Rs485,
-        };
-        self.0.receive(Port { line, number: from.number }, request);
-    }
-
-    fn transmit(&mut self) -> Option<(Peer, [u8; FRAME_LEN])> {
-        let (port, frame) = self.0.transmit()?;
-        let endpoint = match port.line {
-            Line::Usb => Endpoint::Pty,
-            Line::Rs485 | Line::Rs232 => Endpoint::Tcp,
-        };
-        Some((Peer { endpoint, number: port.number }, frame))
-    }
 }

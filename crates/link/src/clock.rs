@@ -33,7 +33,7 @@ impl Speed {
     }
 
     /// Ticks of the module's clock in this much real time, rounded down.
-    fn ticks(self, real: Duration) -> u64 {
+    pub fn ticks(self, real: Duration) -> u64 {
         let per_second = u128::from(TICKS_PER_SECOND) * u128::from(self.millionths);
         let ticks = real.as_nanos() * per_second / (NANOS_PER_SECOND * 1_000_000);
         u64::try_from(ticks).unwrap_or(u64::MAX)

@@ -36,14 +36,20 @@ pub(crate) fn failure_of(args: &[&str]) -> (i32, String) {
     (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// `tmcl serve tmcm-6214 --json` with more arguments, and what it printed first.
+/// A served module or scenario, and what it printed first.
 pub(crate) struct Served {
     child: Child,
     pub(crate) endpoints: serde_json::Value,
 }
 
+/// `tmcl serve tmcm-6214 --json` with more arguments.
 pub(crate) fn serve(more: &[&str]) -> Served {
-    let mut child = tmcl(&["serve", "tmcm-6214", "--json"])
+    serve_what("tmcm-6214", more)
+}
+
+/// `tmcl serve WHAT --json` with more arguments.
+pub(crate) fn serve_what(what: &str, more: &[&str]) -> Served {
+    let mut child = tmcl(&["serve", what, "--json"])
         .args(more)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -73,9 +79,18 @@ impl Served {
     }
 
     pub(crate) fn tcp_client(&self) -> Client {
-        let address = self.tcp();
-        Client::open(&PortUri::Tcp { host: address.ip().to_string(), port: address.port() })
-            .unwrap()
+        tcp_client(self.tcp())
+    }
+
+    /// A client of one of the modules of a scenario.
+    pub(crate) fn client_of(&self, module: usize) -> Client {
+        let address = self.endpoints["modules"][module]["tcp"].as_str().unwrap();
+        tcp_client(address.parse().unwrap())
+    }
+
+    /// Path of the socket to the world.
+    pub(crate) fn world(&self) -> &str {
+        self.endpoints["world"].as_str().unwrap()
     }
 
     pub(crate) fn pty_client(&self) -> Client {
@@ -95,6 +110,10 @@ impl Served {
             std::thread::sleep(Duration::from_millis(5));
         }
     }
+}
+
+fn tcp_client(address: std::net::SocketAddr) -> Client {
+    Client::open(&PortUri::Tcp { host: address.ip().to_string(), port: address.port() }).unwrap()
 }
 
 impl Drop for Served {

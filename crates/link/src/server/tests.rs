@@ -1,11 +1,14 @@
 use super::*;
 use crate::connection::{Client, Connection, ConnectionError};
+use crate::control::{ControlClient, ControlClientError, MAX_CONTROL_CLIENTS, MAX_CONTROL_LINE};
+use crate::faults::Fault;
 use crate::uri::{PortUri, Uri};
 use opentmcl_wire::serial::{decode_reply, encode_reply, encode_request};
 use opentmcl_wire::{Command, Reply, Status, control};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,6 +24,8 @@ struct Echo {
     slow_until: Instant,
     replies: VecDeque<(Instant, Peer, [u8; FRAME_LEN])>,
     advanced: Arc<AtomicU64>,
+    /// Clients of the control socket that want to know of every request.
+    watchers: Vec<u8>,
 }
 
 /// Replies with the device's time in microseconds.
@@ -81,25 +86,79 @@ impl Device for Echo {
         }
     }
 
+    /// Says the line again; some words have a meaning.
+    fn control(
+        &mut self,
+        client: u8,
+        line: Result<&str, BadLine>,
+        ports: &mut [ServedPort],
+        answer: &mut String,
+    ) {
+        match line {
+            Ok("watch") => self.watchers.push(client),
+            // Far more than the system takes from a server whose client does not read.
+            Ok("flood") => answer.push_str(&"x".repeat(1 << 20)),
+            Ok("counts") => {
+                let dropped = |port: &ServedPort| port.reply_counts()[Fault::Drop];
+                let counts: Vec<u64> = ports.iter().map(dropped).collect();
+                answer.push_str(&format!("{counts:?}"));
+            }
+            Ok(line) => match line.strip_prefix("faults ").map(str::parse::<Faults>) {
+                Some(Ok(faults)) => ports.iter_mut().for_each(|port| port.set_faults(faults)),
+                _ => answer.push_str(line),
+            },
+            Err(error) => answer.push_str(&format!("{error:?}")),
+        }
+        answer.push('\n');
+    }
+
+    fn control_ended(&mut self, client: u8) {
+        self.watchers.retain(|&watcher| watcher != client);
+    }
+
+    fn report(&mut self, client: u8, lines: &mut String) {
+        if self.watchers.contains(&client) {
+            lines.push_str("looked\n");
+        }
+    }
+
     fn transmit(&mut self) -> Option<(Peer, [u8; FRAME_LEN])> {
         let at = self.replies.iter().position(|&(due, ..)| due <= self.now)?;
         self.replies.remove(at).map(|(_, peer, frame)| (peer, frame))
     }
 }
 
-/// A server in a thread of its own, stopped at the end of the test.
+/// Servers in threads of their own, stopped at the end of the test.
 struct Served {
     path: std::path::PathBuf,
     address: std::net::SocketAddr,
+    control: std::path::PathBuf,
     advanced: Arc<AtomicU64>,
     stop: Option<UnixStream>,
     thread: Option<std::thread::JoinHandle<io::Result<()>>>,
+    _folder: tempfile::TempDir,
 }
 
 fn serve_with(speed: f64, prepare: impl FnOnce(&mut Echo)) -> Served {
+    start(speed, Faults::default(), prepare)
+}
+
+fn serve() -> Served {
+    serve_with(1.0, |_| {})
+}
+
+/// Both lines have these faults.
+fn serve_faulty(faults: &str) -> Served {
+    start(1.0, faults.parse().unwrap(), |_| {})
+}
+
+fn start(speed: f64, faults: Faults, prepare: impl FnOnce(&mut Echo)) -> Served {
     let pty = Pty::open(None).unwrap();
     let listener = Listener::bind("127.0.0.1").unwrap();
     let (path, address) = (pty.path().to_owned(), listener.address());
+    let folder = tempfile::tempdir().unwrap();
+    let control = folder.path().join("control");
+    let socket = ControlSocket::bind(&control).unwrap();
     let advanced = Arc::new(AtomicU64::new(0));
     let mut device = Echo {
         now: Instant::from_ticks(0),
@@ -109,17 +168,17 @@ fn serve_with(speed: f64, prepare: impl FnOnce(&mut Echo)) -> Served {
         slow_until: Instant::from_ticks(u64::MAX),
         replies: VecDeque::new(),
         advanced: Arc::clone(&advanced),
+        watchers: Vec::new(),
     };
     prepare(&mut device);
     let (stop, stopped) = UnixStream::pair().unwrap();
-    let mut server = Server::new(device, Some(pty), Some(listener));
+    let port = |name: &str, transport| NewPort { module: 0, name: name.into(), transport, faults };
+    let ports = vec![port("pty", Transport::Pty(pty)), port("tcp", Transport::Tcp(listener))];
+    let mut server = Server::new(device, ports, Some(socket));
     let speed = Speed::new(speed).unwrap();
     let thread = std::thread::spawn(move || server.run(stopped, speed));
-    Served { path, address, advanced, stop: Some(stop), thread: Some(thread) }
-}
-
-fn serve() -> Served {
-    serve_with(1.0, |_| {})
+    let (stop, thread) = (Some(stop), Some(thread));
+    Served { path, address, control, advanced, stop, thread, _folder: folder }
 }
 
 impl Served {
@@ -136,6 +195,10 @@ impl Served {
 
     fn pty(&self) -> Client {
         Client::open(&PortUri::Serial { path: self.path.clone(), baud: 9600 }).unwrap()
+    }
+
+    fn control(&self) -> ControlClient {
+        ControlClient::open(&self.control).unwrap()
     }
 }
 
@@ -501,3 +564,6 @@ fn what_cannot_be_opened_is_explained() {
     assert_eq!(error.to_string(), format!("nothing listens on {address}"));
     assert!(error.help().contains("tmcl serve"));
 }
+
+mod desk;
+mod faults;

@@ -15,11 +15,12 @@ pub const SCHEMA: &str = include_str!("schema.json");
 const LONGEST_LINE: usize = 1024;
 
 /// Lines that are no actions, and what comes of them.
-const QUERIES: [(&str, &str); 7] = [
+const QUERIES: [(&str, &str); 8] = [
     ("state", "everything there is to see"),
     ("watch", "changes from now on: watch changes, or watch 20 for 20 times a second"),
     ("unwatch", "no changes any more"),
     ("scenario", "the modules, their axes and ports"),
+    ("faults", "what the lines of the served ports do to frames"),
     ("help", "this"),
     ("schema", "the JSON schema of all replies"),
     ("NAME:", "before an action: the module that it is meant for, if there are several"),

@@ -1,0 +1,192 @@
+//! Answers of a world for people.
+
+use std::io::{self, Write};
+
+use comfy_table::{ContentArrangement, LineStyle, Table, TableStyle};
+use serde_json::{Map, Value};
+
+/// A line under the header and otherwise blanks.
+const STYLE: TableStyle =
+    TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
+
+/// Prints an answer that is no refusal.
+pub(super) fn answer(out: &mut impl Write, answer: &Value) -> io::Result<()> {
+    if let Some(modules) = answer["state"]["modules"].as_object() {
+        return state(out, &answer["time"], modules);
+    }
+    if let Some(ports) = answer["faults"].as_array() {
+        return faults(out, ports);
+    }
+    if let Some(help) = answer.get("help") {
+        for line in strings(&help["actions"]).chain(strings(&help["queries"])) {
+            writeln!(out, "{line}")?;
+        }
+        return Ok(());
+    }
+    let rest: Map<String, Value> = answer
+        .as_object()
+        .into_iter()
+        .flatten()
+        .filter(|(key, _)| *key != "ok")
+        .map(|(key, value)| (key.clone(), value.clone()))
+        .collect();
+    if rest.is_empty() {
+        return writeln!(out, "ok");
+    }
+    let shown =
+        if rest.len() == 1 { rest.into_iter().next().map(|(_, value)| value) } else { None };
+    serde_json::to_writer_pretty(&mut *out, shown.as_ref().unwrap_or(answer))?;
+    writeln!(out)
+}
+
+fn strings(list: &Value) -> impl Iterator<Item = &str> {
+    list.as_array().into_iter().flatten().filter_map(Value::as_str)
+}
+
+/// One line for a change: its time, and what is new by the names that lead to it.
+pub(super) fn change(out: &mut impl Write, change: &Value) -> io::Result<()> {
+    let time = change["time"].as_f64().unwrap_or_default();
+    let mut parts = Vec::new();
+    let modules =
+        change["changes"]["modules"].as_object().or_else(|| change["changes"].as_object());
+    for (name, value) in modules.into_iter().flatten() {
+        flatten(name, value, &mut parts);
+    }
+    writeln!(out, "{time:10.4} s  {}", parts.join("  "))
+}
+
+fn flatten(path: &str, value: &Value, parts: &mut Vec<String>) {
+    match value {
+        Value::Object(members) => {
+            for (key, value) in members {
+                // The number of an axis says enough.
+                let path = if key == "axes" { path.to_owned() } else { format!("{path}.{key}") };
+                flatten(&path, value, parts);
+            }
+        }
+        value => parts.push(format!("{path}={}", plain(value))),
+    }
+}
+
+/// A value as people write it.
+fn plain(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Null => "–".into(),
+        Value::Bool(true) => "yes".into(),
+        Value::Bool(false) => "no".into(),
+        other => other.to_string(),
+    }
+}
+
+fn state(out: &mut impl Write, time: &Value, modules: &Map<String, Value>) -> io::Result<()> {
+    writeln!(out, "{:.4} s", time.as_f64().unwrap_or_default())?;
+    for (name, module) in modules {
+        let power = if module["powered"] == true { "on" } else { "off" };
+        writeln!(
+            out,
+            "\n{name}: {}, power {power}, {} V, {} °C, program {}",
+            plain(&module["model"]),
+            plain(&module["supply"]),
+            plain(&module["temperature"]),
+            plain(&module["program"]),
+        )?;
+        for (what, list) in [
+            ("inputs", "inputs"),
+            ("outputs", "outputs"),
+            ("analog", "analog"),
+            ("torque", "torque"),
+        ] {
+            if let Some(values) = module[list].as_object().filter(|values| !values.is_empty()) {
+                let values: Vec<String> = values
+                    .iter()
+                    .map(|(number, value)| match value {
+                        Value::Bool(level) => format!("{number}={}", u8::from(*level)),
+                        value => format!("{number}={}", plain(value)),
+                    })
+                    .collect();
+                writeln!(out, "{what:8} {}", values.join("  "))?;
+            }
+        }
+        let columns =
+            ["Axis", "Position", "Counter", "Speed", "Load angle", "SG", "Current", "Switches", ""];
+        let mut table = table(&columns);
+        for (number, axis) in module["axes"].as_object().into_iter().flatten() {
+            let unit = plain(&axis["unit"]);
+            let switches = ["left", "home", "right"]
+                .into_iter()
+                .filter(|&switch| axis["switches"][switch] == true)
+                .collect::<Vec<_>>();
+            table.add_row([
+                number.clone(),
+                format!("{} {unit}", plain(&axis["position"])),
+                plain(&axis["counter"]),
+                format!("{} {unit}/s", plain(&axis["speed"])),
+                format!("{}°", plain(&axis["load_angle"])),
+                plain(&axis["stallguard"]),
+                format!("{} A", plain(&axis["current"])),
+                switches.join(" "),
+                notes(axis),
+            ]);
+        }
+        writeln!(out, "{}", table.trim_fmt())?;
+    }
+    Ok(())
+}
+
+/// What is out of the ordinary about an axis.
+fn notes(axis: &Value) -> String {
+    let mut notes = Vec::new();
+    if axis["blocked"] == true {
+        notes.push("blocked".to_owned());
+    }
+    if let Some(state @ ("slipping" | "free")) = axis["rotor_state"].as_str() {
+        notes.push(state.to_owned());
+    }
+    if let Some(lost) = axis["lost_steps"].as_i64().filter(|&lost| lost != 0) {
+        notes.push(format!("{lost} steps lost"));
+    }
+    for (coil, state) in axis["coils"].as_object().into_iter().flatten() {
+        if let Some(state @ ("disconnected" | "shorted")) = state.as_str() {
+            notes.push(format!("coil {} {state}", coil.to_uppercase()));
+        }
+    }
+    for (switch, held) in axis["held"].as_object().into_iter().flatten() {
+        if let Some(held @ ("pressed" | "released")) = held.as_str() {
+            notes.push(format!("{switch} held {held}"));
+        }
+    }
+    notes.join(", ")
+}
+
+fn faults(out: &mut impl Write, ports: &[Value]) -> io::Result<()> {
+    for (at, port) in ports.iter().enumerate() {
+        let gap = if at == 0 { "" } else { "\n" };
+        let name = format!("{}: {}", plain(&port["module"]), plain(&port["port"]));
+        writeln!(out, "{gap}{name}, faults {}", plain(&port["faults"]))?;
+        for direction in ["requests", "replies"] {
+            let counts = port[direction].as_object();
+            let met: Vec<String> = counts
+                .into_iter()
+                .flatten()
+                .filter(|(name, count)| *name != "frames" && **count != 0)
+                .map(|(name, count)| format!("{name} {count}"))
+                .collect();
+            let met = if met.is_empty() { "unharmed".to_owned() } else { met.join(", ") };
+            writeln!(out, "  {direction:8} {} frames: {met}", plain(&port[direction]["frames"]))?;
+        }
+    }
+    Ok(())
+}
+
+fn table(columns: &[&str]) -> Table {
+    let mut table = Table::new();
+    table
+        .load_style(STYLE)
+        .set_content_arrangement(ContentArrangement::Disabled)
+        .set_header(columns.iter().copied());
+    for column in table.column_iter_mut() {
+        column.set_padding((0, 1));
+    }
+    table
+}
