@@ -290,6 +290,8 @@ ROWS = [
     Row("assembler, a program of 2048 commands", "ms", rust("assembler-full-memory"), at_most=0.5),
     Row("one hour of program and motion on six axes", "x real time", rust("six-axis-hour"),
         at_least=1e6),
+    Row("the same with six loaded axes, switches and encoders", "x real time", rust("loaded-hour"),
+        at_least=1e5),
     Row("memory of a module", "bytes", rust("module-memory"), at_most=64 * 1024),
     Row("10000 modules polled every 10 ms", "% of 2 cores", rust("fleet"), at_most=100),
     Row("wake-ups of a served module at rest", "1/s", wakeups_at_rest, at_most=0),

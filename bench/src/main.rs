@@ -29,12 +29,13 @@ impl Measured {
 type Measurement = (&'static str, fn() -> Measured);
 
 /// By name; the unit, the reference and the budget of each are in `bench/run.py`.
-const MEASUREMENTS: [Measurement; 9] = [
+const MEASUREMENTS: [Measurement; 10] = [
     ("gap-in-process", line::gap_in_process),
     ("own-work-per-request", line::own_work_per_request),
     ("garbage", line::garbage),
     ("interpreter", program::interpreter),
     ("six-axis-hour", program::six_axis_hour),
+    ("loaded-hour", program::loaded_hour),
     ("module-memory", heap::module_memory),
     ("fleet", fleet::fleet),
     ("assembler", assembler::lines),

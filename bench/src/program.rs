@@ -3,7 +3,7 @@
 use std::time::Duration as Wall;
 
 use opentmcl_catalog::{MODULES, Module};
-use opentmcl_virtual::{Options, VirtualModule, flash::MemoryFlash};
+use opentmcl_virtual::{Options, Scenario, VirtualModule, flash::MemoryFlash};
 use opentmcl_wire::{Command, Duration, Opcode, control, mnemonic};
 
 use crate::{Measured, seconds_per_call};
@@ -125,9 +125,39 @@ pub(crate) fn interpreter() -> Measured {
 
 /// How many times faster than real time an hour of the six-axis program runs.
 pub(crate) fn six_axis_hour() -> Measured {
+    hour(&mut six_axis_module())
+}
+
+/// The same with machines behind all axes, limit switches that stop them, encoders that are watched, and
+/// stops on stall.
+pub(crate) fn loaded_hour() -> Measured {
+    let scenario = Scenario::parse("loaded.toml", include_str!("loaded.toml"));
+    let scenario = scenario.unwrap_or_else(|mistakes| panic!("{mistakes}"));
+    let setup = &scenario.modules[0];
+    let mut module = VirtualModule::with_setup(setup, MemoryFlash::new(), Options::default());
+    for axis in 0..6 {
+        execute(&mut module, &format!("SAP 12, {axis}, 0"));
+        execute(&mut module, &format!("SAP 13, {axis}, 0"));
+        execute(&mut module, &format!("SAP 182, {axis}, 5000"));
+        execute(&mut module, &format!("SAP 181, {axis}, 20000"));
+    }
+    for (axis, counts) in [(3, 4000), (4, 4000), (5, 2000)] {
+        execute(&mut module, &format!("SAP 210, {axis}, {counts}"));
+        execute(&mut module, &format!("SAP 212, {axis}, 2000"));
+    }
+    download(&mut module, &SIX_AXES);
+    restart(&mut module);
+    let measured = hour(&mut module);
+    for axis in 0..6 {
+        let lost = module.view(axis).map(|view| view.lost_steps);
+        assert_eq!((lost, module.stop_flags(axis)), (Some(0), 0), "axis {axis} has followed");
+    }
+    measured
+}
+
+fn hour(module: &mut VirtualModule) -> Measured {
     const HOUR: u32 = 3600;
-    let mut module = six_axis_module();
-    let seconds = seconds_per_call(Wall::from_millis(300), || advance_seconds(&mut module, HOUR));
+    let seconds = seconds_per_call(Wall::from_millis(300), || advance_seconds(module, HOUR));
     let moves = f64::from(HOUR) / 11.75 * 6.0;
     Measured {
         value: f64::from(HOUR) / seconds,

@@ -21,6 +21,7 @@ mod print;
 mod program;
 mod program_files;
 mod progress;
+mod recording;
 mod scenario;
 mod serve;
 mod sim;

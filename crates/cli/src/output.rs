@@ -1,7 +1,8 @@
 //! Files that a subcommand writes: all of a file or nothing of it.
 
-use std::fs;
-use std::io::{self, Write};
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, Seek, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
@@ -62,35 +63,105 @@ impl<'a> Prepared<'a> {
 }
 
 fn prepare(file: &Path, bytes: Vec<u8>) -> io::Result<Content> {
-    // It may lead to a file, by way of which somebody reads what comes out of us.
-    if file.starts_with("/dev") {
-        return Ok(Content::Bytes(bytes));
+    let Some(mut beside) = Beside::new(file)? else { return Ok(Content::Bytes(bytes)) };
+    beside.written.write_all(&bytes)?;
+    beside.written.as_file().sync_all()?;
+    Ok(Content::Beside(beside.written, beside.target))
+}
+
+/// A file under another name in the folder of the one that it will replace.
+struct Beside {
+    written: NamedTempFile,
+    target: PathBuf,
+}
+
+impl Beside {
+    /// A new file; none for what cannot be replaced.
+    fn new(file: &Path) -> io::Result<Option<Self>> {
+        // It may lead to a file, by way of which somebody reads what comes out of us.
+        if file.starts_with("/dev") {
+            return Ok(None);
+        }
+        // Through a link: what it leads to is replaced, not the link.
+        let target = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+        let older = match fs::metadata(&target) {
+            Ok(older) if older.is_dir() => return Err(io::Error::other("it is a folder")),
+            Ok(older) if !older.is_file() => return Ok(None),
+            Ok(older) => Some(older.permissions()),
+            Err(_) => None,
+        };
+        if older.as_ref().is_some_and(fs::Permissions::readonly) {
+            return Err(io::ErrorKind::PermissionDenied.into());
+        }
+        let folder = match target.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let mut ending = OsString::new();
+        if let Some(extension) = target.extension() {
+            ending.push(".");
+            ending.push(extension);
+        }
+        // What the system gives to a new file; otherwise only the owner could read it.
+        let usual = fs::Permissions::from_mode(0o666);
+        let written = tempfile::Builder::new()
+            .prefix(".tmcl-")
+            .suffix(&ending)
+            .permissions(usual)
+            .tempfile_in(folder)?;
+        if let Some(permissions) = older {
+            written.as_file().set_permissions(permissions)?;
+        }
+        Ok(Some(Self { written, target }))
     }
-    // Through a link: what it leads to is replaced, not the link.
-    let target = file.canonicalize().unwrap_or_else(|_| file.to_owned());
-    let older = match fs::metadata(&target) {
-        Ok(older) if older.is_dir() => return Err(io::Error::other("it is a folder")),
-        Ok(older) if !older.is_file() => return Ok(Content::Bytes(bytes)),
-        Ok(older) => Some(older.permissions()),
-        Err(_) => None,
-    };
-    if older.as_ref().is_some_and(fs::Permissions::readonly) {
-        return Err(io::ErrorKind::PermissionDenied.into());
+}
+
+/// A file that grows for a long time and takes its place when it is whole. Until then it is in the same folder
+/// under another name, which ends like its own; it goes away if it never becomes whole.
+pub(crate) struct Growing {
+    file: PathBuf,
+    content: Grown,
+}
+
+enum Grown {
+    Beside(Beside),
+    /// For what cannot be replaced: a device or a pipe gets it all at the end.
+    Apart(File),
+}
+
+impl Growing {
+    /// An empty file, and what writes to it. It can be written to from any place on.
+    pub(crate) fn create(file: &Path) -> Result<(Self, File), Failure> {
+        let create = || {
+            let content = match Beside::new(file)? {
+                Some(beside) => Grown::Beside(beside),
+                None => Grown::Apart(tempfile::tempfile()?),
+            };
+            let writer = match &content {
+                Grown::Beside(beside) => beside.written.as_file().try_clone()?,
+                Grown::Apart(apart) => apart.try_clone()?,
+            };
+            Ok((Self { file: file.to_owned(), content }, writer))
+        };
+        create().map_err(|error| cannot_write(file, &error))
     }
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    // What the system gives to a new file; otherwise only the owner could read it.
-    let usual = fs::Permissions::from_mode(0o666);
-    let mut written =
-        tempfile::Builder::new().prefix(".tmcl-").permissions(usual).tempfile_in(folder)?;
-    written.write_all(&bytes)?;
-    if let Some(permissions) = older {
-        written.as_file().set_permissions(permissions)?;
+
+    /// It is whole: everything has been written.
+    pub(crate) fn finish(self) -> Result<(), Failure> {
+        let file = &self.file;
+        let place = || match self.content {
+            Grown::Beside(Beside { written, target }) => {
+                written.as_file().sync_all()?;
+                written.persist(target).map(drop).map_err(|error| error.error)
+            }
+            Grown::Apart(mut apart) => {
+                apart.rewind()?;
+                let mut device = fs::OpenOptions::new().write(true).open(file)?;
+                io::copy(&mut apart, &mut device).map(drop)
+            }
+        };
+        place().map_err(|error| cannot_write(file, &error))
     }
-    written.as_file().sync_all()?;
-    Ok(Content::Beside(written, target))
 }
 
 /// Why a file was not written.

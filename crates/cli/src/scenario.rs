@@ -39,10 +39,20 @@ pub(crate) fn load(path: &Path) -> Result<Scenario, Failure> {
 /// # Errors
 /// When there is none, or something is wrong with the scenario.
 pub(crate) fn of_argument(text: &str) -> Result<ModuleSetup, Failure> {
+    let (file, wanted) = split(text);
+    of_file(file, wanted)
+}
+
+/// The file that an option names.
+pub(crate) fn file(text: &str) -> &Path {
+    split(text).0
+}
+
+fn split(text: &str) -> (&Path, Option<&str>) {
     match text.rsplit_once('#') {
         // A path may have this character as well.
-        Some((file, wanted)) if file.ends_with(".toml") => of_file(Path::new(file), Some(wanted)),
-        _ => of_file(Path::new(text), None),
+        Some((file, wanted)) if file.ends_with(".toml") => (Path::new(file), Some(wanted)),
+        _ => (Path::new(text), None),
     }
 }
 

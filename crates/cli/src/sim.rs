@@ -24,6 +24,7 @@ use crate::lookup;
 use crate::output;
 use crate::print;
 use crate::program::{self, Refusals, SourceArgs};
+use crate::recording::Format;
 use crate::scenario;
 use crate::sources::{self, is_dash};
 use crate::time;
@@ -70,7 +71,8 @@ pub(crate) struct Args {
     /// Print each executed command
     #[arg(long)]
     trace: bool,
-    /// Write positions, speeds, program counter and outputs to a CSV file
+    /// Write positions, speeds, program counter, outputs and what machines do to a file: FILE.csv,
+    /// FILE.parquet or FILE.mcap
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
     /// Samples per second of the recording, 1..1000000
@@ -101,7 +103,8 @@ Examples:
   tmcl sim sorter.bin --module tmcm-6214
   tmcl sim sorter.tmc --until 10s --input 3=high --variable 42=1000 --trace
   tmcl sim homing.tmc --scenario lab.toml
-  tmcl sim sorter.tmc --record sorter.csv --rate 1000 --plot sorter.svg";
+  tmcl sim sorter.tmc --record sorter.csv --rate 1000 --plot sorter.svg
+  tmcl sim sorter.tmc --record sorter.mcap";
 
 /// Runs the program.
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
@@ -122,7 +125,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let program = program::load(&args.file, &args.source, chosen, Refusals::Tell)?;
     let own = program.assembly.iter().flat_map(program::files);
-    output::keep_apart(&outputs, own.chain([&*args.file]))?;
+    let around = args.scenario.as_deref().map(scenario::file);
+    output::keep_apart(&outputs, own.chain([&*args.file]).chain(around))?;
+    if let Some(path) = &args.record {
+        Format::of(path)?;
+    }
     let model = chosen.or_else(|| program.module()).ok_or_else(|| {
         let message = format!("{} does not say for which module it is", sources::shown(&args.file));
         Failure::usage(message).help("--module NAME does; so does `// module: NAME` in the source")
@@ -137,9 +144,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut trace =
         if args.trace { Some(Trace::new(&mut out, &listing, run.start)?) } else { None };
     let mut record = match &args.record {
-        Some(path) => {
-            Some(Record::create(path, model, run.start, args.rate, &args.record_variable)?)
-        }
+        Some(path) => Some(Record::create(path, &run.module, args.rate, &args.record_variable)?),
         None => None,
     };
     let mut picture = args.plot.as_ref().map(|_| Picture::new(&listing, run.start));

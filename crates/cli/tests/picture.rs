@@ -10,7 +10,7 @@ mod plot;
 use opentmcl_virtual::VirtualModule;
 use opentmcl_wire::{Duration, Instant, mnemonic};
 
-use plot::{Curve, Marker, Marks, Panel, Plot, Row};
+use plot::{Band, Curve, Marker, Marks, Panel, Plot, Row, Size, beside};
 
 const PICTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/images/six-axes.svg");
 
@@ -129,6 +129,7 @@ fn marker(time: Duration, command: &str, meaning: &str) -> Marker {
 
 fn draw(samples: &[Sample]) -> String {
     Plot {
+        size: Size::default(),
         title: "Six axes of a virtual TMCM-6214".to_owned(),
         end: microseconds(END),
         markers: vec![
@@ -142,11 +143,13 @@ fn draw(samples: &[Sample]) -> String {
                 quantity: "speed",
                 unit: "pps",
                 curves: curves(samples, |sample| sample.speed),
+                bands: Vec::new(),
             },
             Panel::Curves {
                 quantity: "position",
                 unit: "microsteps",
                 curves: curves(samples, |sample| sample.position),
+                bands: Vec::new(),
             },
         ],
     }
@@ -192,12 +195,18 @@ fn the_interpolated_axes_stay_on_a_straight_line_and_arrive_together() {
 fn plot_of(points: &[(i64, i64)]) -> Plot {
     let curve = Curve { style: 1, points: points.to_vec() };
     Plot {
+        size: Size::default(),
         title: "title".to_owned(),
         end: 1_000_000,
         markers: Vec::new(),
         marks: None,
         legend: Vec::new(),
-        panels: vec![Panel::Curves { quantity: "speed", unit: "pps", curves: vec![curve] }],
+        panels: vec![Panel::Curves {
+            quantity: "speed",
+            unit: "pps",
+            curves: vec![curve],
+            bands: Vec::new(),
+        }],
     }
 }
 
@@ -346,4 +355,65 @@ fn nothing_in_a_text_is_taken_for_markup() {
     let svg = plot.draw();
     assert!(svg.contains("<title>a&lt;b &amp; \u{FFFD}c&gt;</title>"), "{svg}");
     assert!(!svg.contains('\u{1b}'));
+}
+
+/// A small drawing of a way into the zone of a switch and back, with the level of the switch below.
+fn drawing_of_a_switch() -> String {
+    let commanded = vec![(0, 0), (500_000, -900), (1_000_000, 0)];
+    let real = commanded.iter().map(|&(at, value)| (at, value + 40)).collect();
+    Plot {
+        size: Size { width: 4300, panel: 1200 },
+        title: "Left switch".to_owned(),
+        end: 1_000_000,
+        markers: Vec::new(),
+        marks: None,
+        legend: vec![(0, "commanded".to_owned()), (beside(0), "real".to_owned())],
+        panels: vec![
+            Panel::Curves {
+                quantity: "position",
+                unit: "microsteps",
+                curves: vec![
+                    Curve { style: 0, points: commanded },
+                    Curve { style: beside(0), points: real },
+                ],
+                bands: vec![Band { name: "left switch".to_owned(), from: -1000, to: -800 }],
+            },
+            Panel::Levels {
+                quantity: "switch",
+                rows: vec![Row {
+                    name: "left".to_owned(),
+                    changes: vec![(450_000, true), (550_000, false)],
+                }],
+            },
+        ],
+    }
+    .draw()
+}
+
+#[test]
+fn a_zone_of_values_lies_where_its_values_are() {
+    let svg = drawing_of_a_switch();
+    let zone = svg.lines().find(|line| line.starts_with("<rect class=\"area\"")).unwrap();
+    let number = |key: &str| -> f64 {
+        let value = zone.split_once(key).unwrap().1;
+        value.split('"').next().unwrap().parse().unwrap()
+    };
+    // The panel is 120 pixels high and shows -1000..=200, since the real position ends at 40: 200 values are 20
+    // pixels.
+    let start = corners(&svg, "level")[0];
+    assert_eq!((number(" x=\""), number(" width=\"")), (start.0, 430.0 - 64.0 - 16.0));
+    assert_eq!(number(" height=\""), 20.0);
+    assert!(svg.contains(">left switch</text>"));
+}
+
+#[test]
+fn a_curve_beside_another_one_has_its_colour_and_dashes_of_its_own() {
+    let svg = drawing_of_a_switch();
+    let lines: Vec<_> =
+        svg.lines().filter(|line| line.starts_with("<polyline class=\"curve\"")).collect();
+    // Two in the legend, two in the panel.
+    let [_, _, commanded, real] = lines[..] else { panic!("{svg}") };
+    let colour = |line: &str| line.split_once("stroke=\"").unwrap().1[..7].to_owned();
+    assert_eq!(colour(commanded), colour(real));
+    assert!(!commanded.contains("dasharray") && real.contains("dasharray"));
 }

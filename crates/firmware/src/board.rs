@@ -23,6 +23,12 @@ pub trait Board {
     /// the firmware shall look again, or calls [`crate::Module::hardware_changed`] at each change.
     fn next_event(&mut self) -> Option<Instant>;
 
+    /// Axes of which the event that [`Board::next_event`] has told is due now, bit n for axis n. Hardware
+    /// that cannot tell them apart names all.
+    fn axes_with_event(&mut self) -> u8 {
+        u8::MAX
+    }
+
     /// Value of a register (0..=127) of the motion chip of this axis; 0 where it cannot be read.
     fn read_register(&mut self, axis: u8, address: u8) -> u32;
 

@@ -127,7 +127,8 @@ impl<B: Board> Module<B> {
         self.observe_axes(u8::MAX);
     }
 
-    fn observe_axes(&mut self, axes: u8) {
+    /// Looks at some of the axes and draws the consequences.
+    pub(crate) fn observe_axes(&mut self, axes: u8) {
         self.observe_arrivals(axes);
         if axes & (self.searching | self.guards.axes()) != 0 {
             self.observe_guards(axes);

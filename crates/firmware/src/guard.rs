@@ -1,9 +1,10 @@
 //! Stops by stall (parameter 181) and by deviation of the encoder (212), and what follows (207, 240).
 //!
 //! The chip itself stops the axis at a stall, if it is told to; this makes sense above some speed only,
-//! so the firmware switches that function by the actual speed. It looks once a millisecond, on a fixed
-//! grid of the module's time, and only while the speed may cross the threshold: an axis that stands or
-//! turns steadily needs no look, and the module can sleep.
+//! so the firmware switches that function by the actual speed. It does so on a fixed grid of the module's
+//! time, at each millisecond at which the speed can have crossed the threshold. How soon it can cross
+//! follows from the accelerations, so between such moments, and while an axis stands or turns steadily,
+//! there is nothing to look at and the module can sleep.
 
 use opentmcl_catalog::InterruptBehaviour;
 use opentmcl_wire::Instant;
@@ -135,19 +136,20 @@ impl<B: Board> Module<B> {
     fn next_look(&mut self, axis: AxisNumber) -> Option<Instant> {
         let now = self.now;
         let (mut chip, state) = self.chip(axis);
-        let is_fast = chip.velocity().unsigned_abs() > state.stall_speed;
-        let is_right = (chip.read_field(SG_STOP) != 0) == is_fast;
-        let is_steady = chip.is_at_rest() || chip.read_field(RAMP_STAT_VELOCITY_REACHED) != 0;
-        if !(is_right && is_steady) {
+        let threshold = state.stall_speed;
+        let is_fast = chip.velocity().unsigned_abs() > threshold;
+        if (chip.read_field(SG_STOP) != 0) != is_fast {
             return Some(grid_after(now));
         }
-        if !(is_fast && chip.is_positioning()) {
-            return None;
-        }
-        // No event tells when the axis begins to brake.
-        let steady = chip.ticks_until_braking();
-        let later = Instant::from_ticks(now.as_ticks().saturating_add(steady));
-        Some(grid_after(later))
+        let is_steady = chip.is_at_rest() || chip.read_field(RAMP_STAT_VELOCITY_REACHED) != 0;
+        let steady = match (is_steady, is_fast && chip.is_positioning()) {
+            (false, _) => 0,
+            (true, false) => return None,
+            // No event tells when the axis begins to brake.
+            (true, true) => chip.ticks_until_braking(),
+        };
+        let until_crossing = steady.saturating_add(chip.ticks_until_speed(threshold));
+        Some(grid_after(Instant::from_ticks(now.as_ticks().saturating_add(until_crossing))))
     }
 
     fn stop_by_stall(&mut self, axis: AxisNumber) {

@@ -218,7 +218,8 @@ impl<B: Board> Module<B> {
             }
             self.set_time(due);
             if hardware.is_some_and(|event| event <= due) {
-                self.observe();
+                let axes = self.board.axes_with_event();
+                self.observe_axes(axes);
             }
             self.look_at_speeds();
             self.check_heartbeat();

@@ -132,6 +132,16 @@ impl<B: Board> Chip<'_, B> {
         (steady << 24).checked_div(speed).unwrap_or(0)
     }
 
+    /// Clocks for which the speed is sure to stay on the side of a threshold where it is. A changes V by
+    /// A / 2^17 per clock; a move begins and ends with a jump.
+    pub(crate) fn ticks_until_speed(&mut self, threshold: u32) -> u64 {
+        let jump = self.read(VSTART).max(self.read(VSTOP));
+        let accelerations = [AMAX, DMAX, A1, D1].map(|address| self.read(address));
+        let strongest = accelerations.into_iter().fold(1, u32::max);
+        let distance = self.velocity().unsigned_abs().abs_diff(threshold).saturating_sub(jump);
+        (u64::from(distance) << 17) / u64::from(strongest)
+    }
+
     /// Stops with the largest deceleration there is, until the next motion command.
     pub(crate) fn stop_hard(&mut self, axis: &mut AxisState) {
         axis.scaled_limits = true;

@@ -213,6 +213,13 @@ impl<B: Board> Module<B> {
         Some(self.chip(axis).0.position())
     }
 
+    /// Why the firmware stopped an axis, as axis parameter 207 has it, without clearing it as GAP does:
+    /// bit 0 a stall, bit 1 a deviation of the encoder. None if there is no such axis.
+    pub fn stop_flags(&self, axis: u8) -> Option<u8> {
+        let axis = AxisNumber::new(axis, self.model.axes)?;
+        Some(self.axes[axis].errors)
+    }
+
     /// How fast an axis turns, in microsteps per second whatever its unit mode, positive to the right;
     /// none if there is no such axis.
     pub fn speed(&mut self, axis: u8) -> Option<i32> {

@@ -89,9 +89,9 @@ fn nobody_looks_at_an_axis_that_stands_or_turns_steadily() {
     bench.ask("SAP 181, 3, 20000");
     assert_eq!(bench.module.poll_at(), None);
     bench.ask("ROR 3, 51200");
-    // While it accelerates, at the next millisecond.
+    // While it accelerates, at the millisecond after the one in which it can be fast enough, 391.4 ms.
     bench.wait_ms(100);
-    let next = Instant::from_ticks((bench.now_ms() + 1) * MILLISECOND);
+    let next = Instant::from_ticks(392 * MILLISECOND);
     assert_eq!(bench.module.poll_at(), Some(next));
     // 51200 pps are reached after 1002 ms. The board of this test then looks ahead half a second.
     bench.wait_ms(1_000);

@@ -397,7 +397,7 @@ impl Ready {
 /// An empty list in the memory of another one, so that waiting allocates nothing.
 fn recycled<'new>(mut fds: Vec<PollFd<'_>>) -> Vec<PollFd<'new>> {
     fds.clear();
-    fds.into_iter().filter_map(|_| None).collect()
+    fds.into_iter().map_while(|_| None).collect()
 }
 
 #[cfg(test)]

@@ -11,7 +11,8 @@ pub const DEFAULT_BAUD: u32 = 9600;
 /// What a connection leads to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Uri {
-    /// `virtual:NAME`: a new virtual module inside the program.
+    /// `virtual:NAME`: a new virtual module inside the program, of the catalogue, or of a scenario:
+    /// `virtual:lab.toml`, `virtual:lab.toml#name`.
     Virtual(String),
     /// Anything outside of the program.
     Port(PortUri),
@@ -64,7 +65,9 @@ impl UriError {
                 "write /dev/ttyACM0, serial:/dev/ttyUSB0?baud=115200, tcp:127.0.0.1:4016 or \
                  virtual:tmcm-6214"
             }
-            Self::NoModule => "write for example virtual:tmcm-6214; `tmcl modules` lists them",
+            Self::NoModule => {
+                "write for example virtual:tmcm-6214, `tmcl modules` lists them, or virtual:lab.toml"
+            }
             Self::NoPath => "write for example serial:/dev/ttyACM0",
             Self::Setting(_) => "write for example serial:/dev/ttyUSB0?baud=115200",
             Self::HostPort(_) => "write for example tcp:127.0.0.1:4016",

@@ -4,6 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, Port as PortRow, PortBehaviour};
 use opentmcl_firmware::{Analog, Board};
 use opentmcl_plant::axis::{Axis, View};
+use opentmcl_plant::machine::Machine;
 use opentmcl_wire::Instant;
 
 use crate::flash::MemoryFlash;
@@ -167,6 +168,11 @@ impl<F> VirtualBoard<F> {
         self.axes.get_mut(usize::from(axis)).map(|axis| axis.view(now))
     }
 
+    /// The machine behind an axis; none if it moves in empty space or if there is no such axis.
+    pub fn machine(&self, axis: u8) -> Option<&Machine> {
+        self.axes.get(usize::from(axis))?.machine()
+    }
+
     /// Levels of the general purpose outputs, bit n for output n.
     pub fn digital_outputs(&self) -> u8 {
         self.digital_outputs
@@ -241,6 +247,16 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
             }
         }
         next
+    }
+
+    fn axes_with_event(&mut self) -> u8 {
+        let now = self.now;
+        let due = |event: &Foreseen| match *event {
+            Foreseen::At(event) => event.is_some_and(|at| at <= now),
+            Foreseen::Unknown => true,
+        };
+        let events = (0..).zip(&self.events).filter(|(_, event)| due(event));
+        events.fold(0, |axes, (axis, _)| axes | 1 << axis)
     }
 
     fn read_register(&mut self, axis: u8, address: u8) -> u32 {

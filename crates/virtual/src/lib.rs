@@ -41,7 +41,7 @@ pub use lab::{Lab, LabEffect, Response, Snapshot, Subscription};
 pub use module::{Options, VirtualModule};
 pub use opentmcl_firmware::{Answer, ErrorFlags, Executed, Flags, Line, Mode, Port, ProgramState};
 pub use opentmcl_plant::axis::{Coil, CoilFault, Rotor, SwitchInput, View};
-pub use recording::{Recorder, Sample};
+pub use recording::{MachineSample, Recorder, Sample};
 pub use scenario::{Mistakes, ModuleSetup, PortKind, PortSetup, Scale, Scenario, StageUnit};
 pub use watch::{Event, Travel, Watch};
 pub use world::{Action, ActionError, AnalogLevel, Effect, Place, Push};

@@ -272,6 +272,11 @@ impl<F: NorFlash> VirtualModule<F> {
         }
     }
 
+    /// Why the firmware stopped an axis, as axis parameter 207 has it, without clearing it as GAP does.
+    pub fn stop_flags(&self, axis: u8) -> u8 {
+        self.module.stop_flags(axis).unwrap_or_default()
+    }
+
     /// Lets time pass.
     pub fn advance(&mut self, by: Duration) {
         self.advance_to(self.now + by);

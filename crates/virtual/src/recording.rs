@@ -1,12 +1,16 @@
 //! Samples of a module at a set rate.
 
 use embedded_storage::nor_flash::NorFlash;
+use opentmcl_catalog::PortBehaviour;
+use opentmcl_firmware::{Analog, Board as _};
+use opentmcl_plant::axis::View;
+use opentmcl_plant::tmc5160::registers::{CHOPCONF, DRV_STATUS};
 use opentmcl_wire::{Duration, Instant, TICKS_PER_SECOND};
 
 use crate::module::VirtualModule;
 
 /// A module at one time.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// Time since the recording began.
     pub time: Duration,
@@ -20,6 +24,76 @@ pub struct Sample {
     pub outputs: u8,
     /// Values of the user variables that were asked for, in that order.
     pub variables: Vec<i32>,
+    /// What the machine behind each axis does; none where there is none.
+    pub machines: Vec<Option<MachineSample>>,
+    /// Levels of the general purpose inputs, bit n for input n.
+    pub inputs: u8,
+    /// Readings of the analog inputs, in the order of their rows in the catalogue.
+    pub analog: Vec<i32>,
+}
+
+/// The machine behind an axis at one time, in the axis' units: its microsteps have the resolution that is
+/// set at that time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MachineSample {
+    /// Fine steps (1/256 full step) in a microstep.
+    pub fine_steps: f64,
+    /// Position of the rotor in microsteps.
+    pub rotor: f64,
+    /// Position of the stage in microsteps: the rotor's, less the play.
+    pub stage: f64,
+    /// Speed of the rotor in microsteps per second.
+    pub speed: f64,
+    /// Angle by which the rotor lags behind the field, in electrical degrees.
+    pub load_angle: f64,
+    /// Part of the torque available that the load takes, 0..=1.
+    pub load: f64,
+    /// StallGuard2 value.
+    pub stallguard: u16,
+    /// Amplitude of the phase currents in ampere.
+    pub current: f64,
+    /// Full steps that have been lost since power-up, with their sign.
+    pub lost_steps: i64,
+    /// Levels of the left, right and home input.
+    pub switches: [bool; 3],
+    /// Why the firmware stopped the axis, as axis parameter 207 has it.
+    pub stop_flags: u8,
+    /// Flags of the driver chip as axis parameter 208 has them.
+    pub driver_flags: u8,
+}
+
+impl MachineSample {
+    /// A view in microsteps of which one is 2^`resolution` fine steps, and the flags.
+    fn new(view: &View, resolution: u32, stop_flags: u8, driver_flags: u8) -> Self {
+        let fine_steps = f64::from(1u32 << resolution.min(8));
+        Self {
+            fine_steps,
+            rotor: view.rotor / fine_steps,
+            stage: view.stage / fine_steps,
+            speed: view.speed / fine_steps,
+            load_angle: view.load_angle,
+            load: view.load,
+            stallguard: view.stallguard,
+            current: view.current,
+            lost_steps: view.lost_steps,
+            switches: view.switches,
+            stop_flags,
+            driver_flags,
+        }
+    }
+
+    /// Takes a sample of the machine behind an axis. Reads registers that reading does not change.
+    fn take<F: NorFlash>(module: &mut VirtualModule<F>, axis: u8) -> Option<Self> {
+        if !module.has_machine(axis) {
+            return None;
+        }
+        let view = module.view(axis)?;
+        let stop_flags = module.stop_flags(axis);
+        let board = module.board_mut();
+        let resolution = board.read_register(axis, CHOPCONF) >> 24 & 0xF;
+        let [driver_flags, ..] = board.read_register(axis, DRV_STATUS).to_be_bytes();
+        Some(Self::new(&view, resolution, stop_flags, driver_flags))
+    }
 }
 
 /// Takes samples of a module, the first one when the recording begins.
@@ -70,6 +144,9 @@ impl Recorder {
                 speeds: Vec::new(),
                 outputs: 0,
                 variables: Vec::new(),
+                machines: Vec::new(),
+                inputs: 0,
+                analog: Vec::new(),
             },
             variables,
         }
@@ -91,10 +168,18 @@ impl Recorder {
         sample.positions.clear();
         sample.positions.extend(axes.clone().filter_map(|axis| module.position(axis)));
         sample.speeds.clear();
-        sample.speeds.extend(axes.filter_map(|axis| module.speed(axis)));
+        sample.speeds.extend(axes.clone().filter_map(|axis| module.speed(axis)));
         sample.outputs = module.digital_outputs();
         sample.variables.clear();
         sample.variables.extend(variables.iter().map(|&number| module.variable(number)));
+        sample.machines.clear();
+        sample.machines.extend(axes.map(|axis| MachineSample::take(module, axis)));
+        let rows = module.model().ports.iter();
+        let analog = rows.filter(|row| row.behaviour == PortBehaviour::AnalogInput);
+        let board = module.board_mut();
+        sample.inputs = board.digital_inputs();
+        sample.analog.clear();
+        sample.analog.extend(analog.map(|row| board.analog(Analog::Input(row.index))));
         sample
     }
 
@@ -102,5 +187,34 @@ impl Recorder {
     pub fn halve_rate(&mut self) {
         self.taken = self.taken.div_ceil(2);
         self.clocks = self.clocks.saturating_mul(2);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use opentmcl_plant::axis::Rotor;
+
+    use super::*;
+
+    #[test]
+    fn what_a_machine_does_is_told_in_microsteps_of_the_axis() {
+        let view = View {
+            rotor: 5120.0,
+            stage: 5112.0,
+            speed: -2560.0,
+            load_angle: 30.0,
+            load: 0.5,
+            stallguard: 512,
+            current: 1.5,
+            lost_steps: -4,
+            state: Rotor::Following,
+            switches: [false, true, false],
+        };
+        // 20 full steps are 20 * 16 microsteps with 16 of them to a full step, which is MRES 4.
+        let sample = MachineSample::new(&view, 4, 0, 0x80);
+        assert_eq!((sample.rotor, sample.stage, sample.speed), (320.0, 319.5, -160.0));
+        assert_eq!((sample.load_angle, sample.current), (30.0, 1.5));
+        // With whole steps, MRES 8.
+        assert_eq!(MachineSample::new(&view, 8, 0, 0).rotor, 20.0);
     }
 }

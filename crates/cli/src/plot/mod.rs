@@ -18,6 +18,7 @@ use svg::Svg;
 
 /// A plot: panels one below the other over a common time axis.
 pub(crate) struct Plot {
+    pub(crate) size: Size,
     pub(crate) title: String,
     /// End of the time axis in microseconds; it begins at 0.
     pub(crate) end: i64,
@@ -28,6 +29,29 @@ pub(crate) struct Plot {
     /// Names of the curves for the legend, with the number of their style.
     pub(crate) legend: Vec<(usize, String)>,
     pub(crate) panels: Vec<Panel>,
+}
+
+/// How large a plot is, in tenths of a pixel.
+#[derive(Clone, Copy)]
+pub(crate) struct Size {
+    /// Width of the whole picture.
+    pub(crate) width: i64,
+    /// Height of a panel with curves.
+    pub(crate) panel: i64,
+}
+
+impl Default for Size {
+    /// As wide as a page.
+    fn default() -> Self {
+        Self { width: 8600, panel: 1900 }
+    }
+}
+
+impl Size {
+    /// From left to right, what lies between the labels.
+    const fn plot(self) -> Span {
+        Span { from: 640, to: self.width - 160 }
+    }
 }
 
 /// A moment that has a name.
@@ -57,6 +81,8 @@ pub(crate) enum Panel {
         /// In which unit: `pps`.
         unit: &'static str,
         curves: Vec<Curve>,
+        /// Zones of values below the curves.
+        bands: Vec<Band>,
     },
     /// Things that are off or on, each on a line of its own.
     Levels { quantity: &'static str, rows: Vec<Row> },
@@ -70,6 +96,20 @@ pub(crate) struct Curve {
     pub(crate) points: Vec<(i64, i64)>,
 }
 
+/// The style of a curve beside the one with this style: the same colour, thin and dotted.
+pub(crate) const fn beside(style: usize) -> usize {
+    style + svg::STYLES
+}
+
+/// A zone of values with a name.
+pub(crate) struct Band {
+    pub(crate) name: String,
+    /// Its lowest value.
+    pub(crate) from: i64,
+    /// Its highest value.
+    pub(crate) to: i64,
+}
+
 /// One thing that is off or on.
 pub(crate) struct Row {
     pub(crate) name: String,
@@ -77,10 +117,6 @@ pub(crate) struct Row {
     pub(crate) changes: Vec<(i64, bool)>,
 }
 
-const WIDTH: i64 = 8600;
-/// From left to right.
-const PLOT: Span = Span { from: 640, to: 8440 };
-const PANEL: i64 = 1900;
 const GAP: i64 = 460;
 const FOOTER: i64 = 520;
 /// Height of a line of a panel with levels, and the least height of such a panel.
@@ -96,37 +132,38 @@ impl Plot {
     /// The picture.
     pub(crate) fn draw(&self) -> String {
         let mut svg = Svg::new();
+        let (size, plot) = (self.size, self.size.plot());
         let entries = self.legend_entries();
         let legend_width: i64 = entries.iter().map(Entry::width).sum();
-        let beside = svg::title_width(&self.title) + 300 + legend_width <= PLOT.to - PLOT.from;
+        let beside = svg::title_width(&self.title) + 300 + legend_width <= plot.to - plot.from;
         let names = if beside { TITLE } else { TITLE + LEGEND_LINE };
         let time = TimeScale::new(self.end);
 
-        let placed = markers::place(&self.markers, &time, PLOT);
+        let placed = markers::place(&self.markers, &time, plot);
         let top = names + HEAD + placed.height;
-        let heights = self.panels.iter().map(Panel::height);
+        let heights = self.panels.iter().map(|panel| panel.height(size));
         let bottom = top + heights.map(|height| height + GAP).sum::<i64>() - GAP;
 
-        svg.text("title", PLOT.from, TITLE, &self.title);
+        svg.text("title", plot.from, TITLE, &self.title);
         if beside {
-            draw_legend(&mut svg, &entries, PLOT.to - legend_width, TITLE);
+            draw_legend(&mut svg, &entries, plot.to - legend_width, TITLE);
         } else {
-            draw_legend(&mut svg, &entries, PLOT.from, names);
+            draw_legend(&mut svg, &entries, plot.from, names);
         }
         placed.draw(&mut svg, names + HEAD - 160, bottom);
         if let Some(marks) = &self.marks {
-            draw_marks(&mut svg, &marks.times, &time, top);
+            draw_marks(&mut svg, &marks.times, &time, plot, top);
         }
         let mut panel_top = top;
         for panel in &self.panels {
-            panel.draw(&mut svg, &time, panel_top);
-            panel_top += panel.height() + GAP;
+            panel.draw(&mut svg, &time, size, panel_top);
+            panel_top += panel.height(size) + GAP;
         }
         for (at, label) in time.ticks() {
-            svg.text("middle", time.place(at, PLOT), bottom + 200, &label);
+            svg.text("middle", time.place(at, plot), bottom + 200, &label);
         }
-        svg.text("right", PLOT.to, bottom + 400, &time.title());
-        svg.finish(&self.title, WIDTH, bottom + FOOTER)
+        svg.text("right", plot.to, bottom + 400, &time.title());
+        svg.finish(&self.title, size.width, bottom + FOOTER)
     }
 
     fn legend_entries(&self) -> Vec<Entry<'_>> {
@@ -175,10 +212,10 @@ fn draw_legend(svg: &mut Svg, entries: &[Entry<'_>], mut x: i64, y: i64) {
 }
 
 /// Draws each mark that is not right on top of another one.
-fn draw_marks(svg: &mut Svg, times: &[i64], time: &TimeScale, top: i64) {
+fn draw_marks(svg: &mut Svg, times: &[i64], time: &TimeScale, plot: Span, top: i64) {
     let mut last = i64::MIN;
     for &at in times {
-        let x = time.place(at, PLOT);
+        let x = time.place(at, plot);
         if x >= last.saturating_add(20) {
             svg.mark(x, top);
             last = x;
@@ -187,33 +224,36 @@ fn draw_marks(svg: &mut Svg, times: &[i64], time: &TimeScale, top: i64) {
 }
 
 impl Panel {
-    fn height(&self) -> i64 {
+    fn height(&self, size: Size) -> i64 {
         match self {
-            Self::Curves { .. } => PANEL,
+            Self::Curves { .. } => size.panel,
             Self::Levels { rows, .. } => {
                 LEAST_LEVELS.max(ROW * i64::try_from(rows.len()).unwrap_or(0))
             }
         }
     }
 
-    fn draw(&self, svg: &mut Svg, time: &TimeScale, top: i64) {
-        let height = self.height();
+    fn draw(&self, svg: &mut Svg, time: &TimeScale, size: Size, top: i64) {
+        let (height, plot) = (self.height(size), size.plot());
         for (at, _) in time.ticks() {
-            let x = time.place(at, PLOT);
+            let x = time.place(at, plot);
             svg.line("grid", (x, top), (x, top + height));
         }
         let title = match self {
-            Self::Curves { quantity, unit, curves } => {
+            Self::Curves { quantity, unit, curves, bands } => {
                 let values = curves.iter().flat_map(|curve| &curve.points).map(|point| point.1);
-                let scale = Scale::around(values);
-                draw_curves(svg, curves, time, &scale, Span { from: top + height, to: top });
+                let ends = bands.iter().flat_map(|band| [band.from, band.to]);
+                let scale = Scale::around(values.chain(ends));
+                let over = Span { from: top + height, to: top };
+                bands.iter().for_each(|band| draw_band(svg, band, plot, &scale, over));
+                draw_curves(svg, curves, time, plot, &scale, over);
                 scale.title(quantity, unit)
             }
             Self::Levels { quantity, rows } => {
                 let count = i64::try_from(rows.len()).unwrap_or(1).max(1);
                 let lowest = top + height / 2 + ROW * count / 2;
                 for (row, above) in rows.iter().rev().zip(0..) {
-                    draw_levels(svg, row, time, lowest - ROW * above);
+                    draw_levels(svg, row, time, plot, lowest - ROW * above);
                 }
                 (*quantity).to_owned()
             }
@@ -223,36 +263,50 @@ impl Panel {
     }
 }
 
-fn draw_curves(svg: &mut Svg, curves: &[Curve], time: &TimeScale, scale: &Scale, over: Span) {
+/// Draws a zone from left to right, its name inside on the right.
+fn draw_band(svg: &mut Svg, band: &Band, plot: Span, scale: &Scale, over: Span) {
+    let (low, high) = (scale.place(band.from, over), scale.place(band.to, over));
+    svg.zone((plot.from, high), (plot.to, low));
+    svg.text("right", plot.to - 60, (low + high) / 2 + 45, &band.name);
+}
+
+fn draw_curves(
+    svg: &mut Svg,
+    curves: &[Curve],
+    time: &TimeScale,
+    plot: Span,
+    scale: &Scale,
+    over: Span,
+) {
     for (value, label) in scale.ticks() {
         let class = if value == 0 { "zero" } else { "grid" };
         let y = scale.place(value, over);
-        svg.line(class, (PLOT.from, y), (PLOT.to, y));
-        svg.text("right", PLOT.from - 90, y + 45, &label);
+        svg.line(class, (plot.from, y), (plot.to, y));
+        svg.text("right", plot.from - 90, y + 45, &label);
     }
     // The first one, which is drawn through, below the others, whose dashes show it where they meet.
     for curve in curves {
         let points: Vec<_> = curve
             .points
             .iter()
-            .map(|&(at, value)| (time.place(at, PLOT), scale.place(value, over)))
+            .map(|&(at, value)| (time.place(at, plot), scale.place(value, over)))
             .collect();
         svg.curve(curve.style, &svg::simplified(&points));
     }
 }
 
 /// Draws a row whose lower end is at `bottom`: a line that is up and filled while it is on.
-fn draw_levels(svg: &mut Svg, row: &Row, time: &TimeScale, bottom: i64) {
+fn draw_levels(svg: &mut Svg, row: &Row, time: &TimeScale, plot: Span, bottom: i64) {
     let (low, high) = (bottom - 50, bottom - 220);
-    svg.text("right", PLOT.from - 90, bottom - 90, &row.name);
-    svg.line("zero", (PLOT.from, low), (PLOT.to, low));
-    let mut points = vec![(PLOT.from, low)];
+    svg.text("right", plot.from - 90, bottom - 90, &row.name);
+    svg.line("zero", (plot.from, low), (plot.to, low));
+    let mut points = vec![(plot.from, low)];
     for &(at, on) in &row.changes {
-        let x = time.place(at, PLOT);
+        let x = time.place(at, plot);
         let before = points.last().map_or(low, |point| point.1);
         points.extend([(x, before), (x, if on { high } else { low })]);
     }
     let last = points.last().map_or(low, |point| point.1);
-    points.push((PLOT.to, last));
+    points.push((plot.to, last));
     svg.area(&points, low);
 }

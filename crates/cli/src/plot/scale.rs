@@ -81,6 +81,7 @@ impl Scale {
     /// `speed in 1000 pps`.
     pub(super) fn title(&self, quantity: &str, unit: &str) -> String {
         match self.unit() {
+            1 if unit.is_empty() => quantity.to_owned(),
             1 => format!("{quantity} in {unit}"),
             1000 => format!("{quantity} in 1000 {unit}"),
             _ => format!("{quantity} in million {unit}"),

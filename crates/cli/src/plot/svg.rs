@@ -20,8 +20,11 @@ text-anchor:end}\
 .level{fill:none;stroke:#747d88;stroke-width:1.5}\
 .curve{fill:none;stroke-width:2;stroke-linejoin:round;stroke-linecap:round}";
 
+/// Styles of curves. As many again follow for the curves beside these.
+pub(super) const STYLES: usize = 6;
+
 /// Colour and dash pattern of a curve.
-const CURVES: [(&str, &str); 6] = [
+const CURVES: [(&str, &str); STYLES] = [
     ("#3b82d6", ""),
     ("#d9822b", "9 5"),
     ("#27a065", "1 5"),
@@ -124,7 +127,9 @@ impl Svg {
     /// A line through these points in the style with this number.
     pub(super) fn curve(&mut self, style: usize, points: &[(i64, i64)]) {
         let (colour, dashes) = CURVES[style % CURVES.len()];
+        let is_beside = (style / STYLES) % 2 == 1;
         let dashes = match dashes {
+            _ if is_beside => " stroke-dasharray=\"2 4\" style=\"stroke-width:1.4\"".to_owned(),
             "" => String::new(),
             dashes => format!(" stroke-dasharray=\"{dashes}\""),
         };
@@ -142,6 +147,15 @@ impl Svg {
             self.element(format_args!("<polygon class=\"area\" points=\"{line} {corners}\"/>"));
         }
         self.element(format_args!("<polyline class=\"level\" points=\"{line}\"/>"));
+    }
+
+    /// A filled rectangle between two corners, the upper left one first.
+    pub(super) fn zone(&mut self, from: (i64, i64), to: (i64, i64)) {
+        let ((x, y), (width, height)) = (from, (to.0 - from.0, to.1 - from.1));
+        let (x, y, width, height) = (Px(x), Px(y), Px(width), Px(height));
+        self.element(format_args!(
+            "<rect class=\"area\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>"
+        ));
     }
 
     /// A small triangle whose lower tip is here.

@@ -1,14 +1,16 @@
 //! `--plot`: what is to be drawn of a run, however long, in bounded memory.
 
+mod machines;
+
 use opentmcl_firmware::Executed;
-use opentmcl_virtual::{Event, Recorder, VirtualModule};
+use opentmcl_virtual::{Event, MachineSample, Recorder, VirtualModule};
 use opentmcl_wire::{Duration, Instant, Opcode};
 
 use super::listing::Listing;
 use super::ports;
 use super::run::{Observer, Run};
 use crate::failure::Failure;
-use crate::plot::{Curve, Marker, Marks, Panel, Plot, Row};
+use crate::plot::{Curve, Marker, Marks, Panel, Plot, Row, Size};
 
 /// Samples per second to begin with.
 const RATE: u32 = 1000;
@@ -26,6 +28,8 @@ pub(super) struct Picture<'a> {
     recorder: Recorder,
     samples: Vec<Sampled>,
     outputs: Thinned<u8>,
+    /// Levels of switches, three bits for each axis.
+    switches: Thinned<u32>,
     waits: Thinned<()>,
     /// When the program came to a label, as long as these are few.
     visits: Vec<(i64, u16)>,
@@ -40,6 +44,7 @@ struct Sampled {
     time: i64,
     positions: Vec<i32>,
     speeds: Vec<i32>,
+    machines: Vec<Option<MachineSample>>,
 }
 
 impl<'a> Picture<'a> {
@@ -50,6 +55,7 @@ impl<'a> Picture<'a> {
             recorder: Recorder::new(start, RATE, Vec::new()),
             samples: Vec::new(),
             outputs: Thinned::new(),
+            switches: Thinned::new(),
             waits: Thinned::new(),
             visits: Vec::new(),
             first_visits: Vec::new(),
@@ -63,7 +69,10 @@ impl<'a> Picture<'a> {
         self.sample(&mut run.module);
         let moved: Vec<usize> = (0..)
             .zip(run.axes())
-            .filter_map(|(axis, travel)| travel.has_moved().then_some(axis))
+            .filter_map(|(axis, travel)| {
+                let moves = travel.has_moved() || machines::has_moved(&self.samples, axis);
+                moves.then_some(axis)
+            })
             .collect();
         let curves = |of: fn(&Sampled) -> &[i32]| -> Vec<Curve> {
             let curve = |&axis: &usize| Curve {
@@ -76,24 +85,41 @@ impl<'a> Picture<'a> {
             };
             moved.iter().map(curve).collect()
         };
+        let mut legend: Vec<(usize, String)> =
+            moved.iter().map(|&axis| (axis, format!("axis {axis}"))).collect();
         let mut panels = Vec::new();
         let rows = self.output_rows(run);
         if !moved.is_empty() || rows.is_empty() {
-            let (speed, position) = (curves(|s| &s.speeds), curves(|s| &s.positions));
+            let (speed, mut position) = (curves(|s| &s.speeds), curves(|s| &s.positions));
+            let real = machines::real_positions(&self.samples, &moved);
+            for (axis, curve) in real {
+                legend.push((curve.style, format!("axis {axis}, real")));
+                position.push(curve);
+            }
+            let bands = match moved[..] {
+                [axis] => machines::zones(&run.module, &self.samples, axis),
+                _ => Vec::new(),
+            };
             panels = vec![
-                Panel::Curves { quantity: "speed", unit: "pps", curves: speed },
-                Panel::Curves { quantity: "position", unit: "microsteps", curves: position },
+                Panel::Curves { quantity: "speed", unit: "pps", curves: speed, bands: Vec::new() },
+                Panel::Curves { quantity: "position", unit: "microsteps", curves: position, bands },
             ];
+            panels.extend(machines::panels(&self.samples, &moved));
+        }
+        let switches = machines::switch_rows(&self.switches);
+        if !switches.is_empty() {
+            panels.push(Panel::Levels { quantity: "switch", rows: switches });
         }
         if !rows.is_empty() {
             panels.push(Panel::Levels { quantity: "output", rows });
         }
         Plot {
+            size: Size::default(),
             title: title.to_owned(),
             end: microseconds(run.module.now() - self.start),
             markers: self.markers(),
             marks: Some(Marks { name: "WAIT over", times: self.waits.times() }),
-            legend: moved.iter().map(|&axis| (axis, format!("axis {axis}"))).collect(),
+            legend,
             panels,
         }
         .draw()
@@ -129,10 +155,15 @@ impl<'a> Picture<'a> {
 
     fn sample(&mut self, module: &mut VirtualModule) {
         let sample = self.recorder.take(module);
+        let (time, switches) = (microseconds(sample.time), machines::switches(&sample.machines));
+        if self.switches.moments.last().is_none_or(|last| last.1 != switches) {
+            self.switches.push(time, switches);
+        }
         self.samples.push(Sampled {
-            time: microseconds(sample.time),
+            time,
             positions: sample.positions.clone(),
             speeds: sample.speeds.clone(),
+            machines: sample.machines.clone(),
         });
         if self.samples.len() >= MOMENTS {
             let mut at = 0;

@@ -1,62 +1,36 @@
-//! `--record`: samples at a set rate as CSV.
+//! `--record`: samples at a set rate.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use opentmcl_catalog::Module;
 use opentmcl_virtual::{Recorder, VirtualModule};
 use opentmcl_wire::Instant;
 
-use super::ports;
 use super::run::Observer;
 use crate::failure::Failure;
-use crate::output::cannot_write;
-use crate::time;
+use crate::recording::{Columns, Recording};
 
-/// Writes a line for each sample.
+/// Takes the samples of a recording.
 pub(super) struct Record {
-    path: PathBuf,
-    file: BufWriter<File>,
+    recording: Recording,
     recorder: Recorder,
-    /// Bits of the outputs that have a column.
-    outputs: Vec<u8>,
 }
 
 impl Record {
-    /// Creates the file with its header.
+    /// Begins the recording of a module whose inputs stay as they are.
     pub(super) fn create(
         path: &Path,
-        model: &'static Module,
-        start: Instant,
+        module: &VirtualModule,
         rate: u32,
         variables: &[u8],
     ) -> Result<Self, Failure> {
-        let file = File::create(path).map_err(|error| cannot_write(path, &error))?;
-        let mut columns = vec!["time_s".to_owned()];
-        columns.extend((0..model.axes).map(|axis| format!("position{axis}_microsteps")));
-        columns.extend((0..model.axes).map(|axis| format!("speed{axis}_pps")));
-        columns.push("address".to_owned());
-        let mut outputs = Vec::new();
-        for (number, bit) in ports::outputs(model) {
-            columns.push(format!("output{number}"));
-            outputs.push(bit);
-        }
-        columns.extend(variables.iter().map(|number| format!("variable{number}")));
-        let recorder = Recorder::new(start, rate, variables.to_vec());
-        let mut record =
-            Self { path: path.to_owned(), file: BufWriter::new(file), recorder, outputs };
-        record.write(&columns.join(","))?;
-        Ok(record)
+        let columns = Columns::new(module, rate, variables, false);
+        let recorder = Recorder::new(module.now(), rate, variables.to_vec());
+        Ok(Self { recording: Recording::create(path, columns)?, recorder })
     }
 
-    /// Writes what is still buffered.
-    pub(super) fn finish(mut self) -> Result<(), Failure> {
-        self.file.flush().map_err(|error| cannot_write(&self.path, &error))
-    }
-
-    fn write(&mut self, line: &str) -> Result<(), Failure> {
-        writeln!(self.file, "{line}").map_err(|error| cannot_write(&self.path, &error))
+    /// Writes what is still to be written.
+    pub(super) fn finish(self) -> Result<(), Failure> {
+        self.recording.finish()
     }
 }
 
@@ -66,16 +40,6 @@ impl Observer for Record {
     }
 
     fn look(&mut self, module: &mut VirtualModule) -> Result<(), Failure> {
-        let sample = self.recorder.take(module);
-        let mut line = time::column(sample.time);
-        let mut add = |value: i64| {
-            line.push(',');
-            line.push_str(&value.to_string());
-        };
-        sample.positions.iter().chain(&sample.speeds).for_each(|&value| add(value.into()));
-        add(sample.address.into());
-        self.outputs.iter().for_each(|&bit| add((sample.outputs >> bit & 1).into()));
-        sample.variables.iter().for_each(|&value| add(value.into()));
-        self.write(&line)
+        self.recording.add(self.recorder.take(module))
     }
 }

@@ -81,6 +81,9 @@ fn a_simulation_has_the_scenario_around_it() {
     let (lab, file) = (folder.text("lab.toml"), folder.text("wait.tmc"));
     let out = stdout_of(&["sim", &file, "--scenario", &format!("{lab}#second")]);
     assert!(out.contains("output 0   high at 2.000 s"), "{out}");
+    let plot = folder.text("lab.toml");
+    let args = ["sim", &file, "--scenario", &format!("{lab}#second"), "--plot", &plot];
+    assert_eq!(failure_of(&args).0, 2, "a scenario is not overwritten by a picture");
     // The first module has no such plan.
     let out = stdout_of(&["sim", &file, "--scenario", &lab, "--until", "5s"]);
     assert!(out.contains("time up after 5.000 s"), "{out}");

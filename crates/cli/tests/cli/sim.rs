@@ -306,6 +306,25 @@ fn a_recording_has_the_rate_that_was_asked_for() {
 }
 
 #[test]
+fn the_ending_of_a_recording_says_its_form() {
+    let source = Source::new(BLINK);
+    // The formats begin with these bytes.
+    for (name, beginning) in [("run.parquet", &b"PAR1"[..]), ("run.mcap", b"\x89MCAP0\r\n")] {
+        let file = source.file(name);
+        let record = || {
+            source.sim(&["--record", file.to_str().unwrap()]);
+            fs::read(&file).unwrap()
+        };
+        let bytes = record();
+        // And they end with the same.
+        assert!(bytes.starts_with(beginning) && bytes.ends_with(beginning), "{name}");
+        assert_eq!(bytes, record(), "two runs are the same");
+    }
+    let (status, errors) = source.failure(&["--record", "run.xlsx"]);
+    assert!(status == 2 && errors.contains(".csv, .parquet or .mcap"), "{errors}");
+}
+
+#[test]
 fn inputs_readings_and_variables_are_as_the_user_says() {
     let source = Source::new("GIO 3, 0\nGIO 4, 0\nGIO 4, 1\nGGP 42, 2\nSTOP\n");
     let accumulators = |more: &[&str]| -> Vec<String> {

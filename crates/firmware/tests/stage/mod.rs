@@ -11,7 +11,7 @@ use opentmcl_catalog::TMCM_6214;
 use opentmcl_firmware::storage::FLASH_SIZE;
 use opentmcl_firmware::{Analog, Answer, Board, Config, Module};
 use opentmcl_motion::ramp::{Limits, Mode, Ramp};
-use opentmcl_wire::{Duration, Instant, mnemonic};
+use opentmcl_wire::{Instant, mnemonic};
 
 /// The axis with the machine.
 pub(crate) const AXIS: u8 = 3;
@@ -222,7 +222,7 @@ impl Stage {
             dmax: chip[0x28],
             d1: chip[0x2A],
             vstop: chip[0x2B],
-            zero_wait: Duration::from_ticks(0),
+            ..Limits::default()
         }
     }
 }

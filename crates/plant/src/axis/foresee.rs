@@ -53,7 +53,7 @@ impl Rig {
             next.offer(chip.next_threshold(now));
             if turning {
                 next.offer(self.next_reading(chip, self.is_steady(&field)));
-                if !self.is_steady(&field) {
+                if next.time.is_none() && !self.is_steady(&field) {
                     next.offer(Some(now + Duration::from_ticks(HORIZON)));
                 }
             }
@@ -81,16 +81,7 @@ impl Rig {
         if !self.is_steady(field)
             && let Some(end) = next.time
         {
-            let (from, to) = (field.speed_at(now) * CLOCK, field.speed_at(end) * CLOCK);
-            let available =
-                self.shaft.available(self.drive, from).min(self.shaft.available(self.drive, to));
-            let demand = self.shaft.largest_demand(
-                self.field_position(field, now),
-                self.field_position(field, end),
-                from.abs().max(to.abs()),
-                field.acceleration * CLOCK * CLOCK,
-            );
-            if demand > available && !chip.dcstep_active(now) {
+            if self.largest_load(field, now, end) > 1.0 && !chip.dcstep_active(now) {
                 next.look_for(|time| self.load(field, time).abs() > 1.0);
             }
         }
@@ -146,11 +137,44 @@ impl Rig {
         }
     }
 
+    /// Whether StallGuard2 can come to 0 in the time that is open to be looked at.
+    fn may_stall(&self, chip: &Tmc5160, field: &Field, next: &Earliest) -> bool {
+        let (Some(end), State::Following) = (next.time, self.state) else {
+            return next.time.is_some();
+        };
+        if self.is_steady(field) {
+            // It is what it is now, which is not 0.
+            return false;
+        }
+        // Without load the value has its least at the slowest or at the fastest.
+        let free = self.free_stallguard(field, next.now).min(self.free_stallguard(field, end));
+        let load = self.largest_load(field, next.now, end);
+        chip.stallguard((free * (1.0 - load).max(0.0)) as u16) == 0
+    }
+
+    /// No load between two moments of a stretch is larger.
+    fn largest_load(&self, field: &Field, now: Instant, end: Instant) -> f64 {
+        let (from, to) = (field.speed_at(now) * CLOCK, field.speed_at(end) * CLOCK);
+        let available =
+            self.shaft.available(self.drive, from).min(self.shaft.available(self.drive, to));
+        let demand = self.shaft.largest_demand(
+            self.field_position(field, now),
+            self.field_position(field, end),
+            from.abs().max(to.abs()),
+            field.acceleration * CLOCK * CLOCK,
+        );
+        if demand == 0.0 { 0.0 } else { demand / available }
+    }
+
     /// What StallGuard2 and the encoder will tell.
     fn foresee_senses(&self, scene: &Scene<'_>, next: &mut Earliest) {
         let &Scene { chip, ref field, turning, .. } = scene;
         let now = next.now;
-        if turning && self.stall_due.is_none() && chip.stall_stops(now) && next.time.is_some() {
+        if turning
+            && self.stall_due.is_none()
+            && chip.stall_stops(now)
+            && self.may_stall(chip, field, next)
+        {
             next.look_for(|time| chip.stallguard(self.raw_stallguard(field, time)) == 0);
         }
         let Some(limit) = chip.watches_deviation() else { return };

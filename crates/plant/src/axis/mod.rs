@@ -169,9 +169,8 @@ impl Axis {
         self.run(now);
         if let Some(rig) = &mut self.rig {
             match address {
-                registers::DRV_STATUS | registers::RAMP_STAT | registers::PWM_SCALE => {
-                    rig.sense(&mut self.chip, now);
-                }
+                // That the value comes to 0 is an event of its own, so RAMP_STAT knows of it already.
+                registers::DRV_STATUS | registers::PWM_SCALE => rig.sense(&mut self.chip, now),
                 registers::X_ENC => rig.count(&mut self.chip, now),
                 _ => {}
             }
@@ -181,6 +180,10 @@ impl Axis {
 
     /// Writes a register of the chip.
     pub fn write(&mut self, address: u8, value: u32, now: Instant) {
+        if self.chip.plans_with(address, value) {
+            // A move writes registers that hold its limits already; nothing follows from that.
+            return;
+        }
         self.change(now, |axis| {
             axis.chip.write(address, value, now);
         });
@@ -310,7 +313,8 @@ impl Axis {
 
     /// Brings chip and machine into accord with each other at `now`, and finds out when that ends.
     fn settle(&mut self, now: Instant) {
-        // A switch stops the field, which changes the load angle, which can move the stage off the switch.
+        // A switch stops the field, which changes the load angle, which can move the stage off the switch;
+        // a load changes the current, which changes the load angle.
         // That ends at once in practice; the bound is for what nobody has thought of.
         const ROUNDS: usize = 8;
         let Some(rig) = &mut self.rig else {
@@ -319,12 +323,12 @@ impl Axis {
             return;
         };
         for _ in 0..ROUNDS {
-            let field = self.chip.field(now);
+            let before = (self.chip.field(now), self.chip.coils(now));
             rig.settle(&mut self.chip, &mut self.contacts, now);
             let [left, right, _] =
                 self.contacts.each_ref().map(|contact| contact.level(now.as_ticks()));
             self.chip.set_reference_inputs(left, right, now);
-            if self.chip.field(now) == field {
+            if (self.chip.field(now), self.chip.coils(now)) == before {
                 break;
             }
             rig.come_to(&self.chip, now);

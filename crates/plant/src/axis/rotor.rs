@@ -37,7 +37,7 @@ pub(super) struct Rig {
     pub(super) drive: Drive,
     pub(super) state: State,
     /// Position of the rotor when the chip's field stood at 0.
-    origin: f64,
+    pub(super) origin: f64,
     /// Electrical periods by which the rotor has fallen behind the field.
     slipped: i64,
     /// The same at power-up.

@@ -51,20 +51,27 @@ impl Rig {
     }
 
     /// StallGuard2 value without the threshold: falls linearly with the load to 0 where the motor is at its
-    /// end. Without load it grows with the back EMF against the ohmic voltage.
+    /// end.
     pub(super) fn raw_stallguard(&self, field: &Field, time: Instant) -> u16 {
-        let Drive::Field { amplitude, supply } = self.drive else { return 0 };
         if matches!(self.state, State::Loose { .. }) {
             return 0;
         }
+        let value = self.free_stallguard(field, time) * (1.0 - self.felt_load(field, time));
+        libm::floor(value + 0.5) as u16
+    }
+
+    /// The same without load: it grows with the back EMF against the ohmic voltage.
+    pub(super) fn free_stallguard(&self, field: &Field, time: Instant) -> f64 {
+        let Drive::Field { amplitude, supply } = self.drive else { return 0.0 };
         let speed = self.shaft.radians_per_second(field.speed_at(time) * CLOCK).abs();
         let motor = &self.shaft.machine.motor;
         let emf = motor.torque_constant() * speed;
-        let ohmic = motor.resistance * amplitude;
-        let rise = if emf == 0.0 { 0.0 } else { emf / (emf + ohmic) };
+        if emf == 0.0 {
+            return 0.0;
+        }
+        let rise = emf / (emf + motor.resistance * amplitude);
         let spoiled = ((supply - emf) / (supply * (1.0 - EMF_LIMIT))).clamp(0.0, 1.0);
-        let free = STALLGUARD_TOP * rise * spoiled;
-        libm::floor(free * (1.0 - self.felt_load(field, time)) + 0.5) as u16
+        STALLGUARD_TOP * rise * spoiled
     }
 
     /// Tells the chip what it measures at `now`.
@@ -102,7 +109,8 @@ impl Rig {
     /// Count of the encoder with the rotor and the stage there.
     fn count_at(&self, rotor: f64, stage: f64) -> Option<i64> {
         let encoder = self.shaft.machine.encoder?;
-        let shaft = if encoder.on_stage { stage } else { rotor };
+        // It counts from where it stood when the module was switched on first.
+        let shaft = if encoder.on_stage { stage } else { rotor } - self.origin;
         let counts = shaft / self.shaft.turn() * encoder.counts;
         Some(libm::floor(if encoder.reversed { -counts } else { counts }) as i64)
     }

@@ -56,7 +56,9 @@ impl Tmc5160 {
 
     /// RAMP_STAT bit 13: the motor stalls where sg_stop could stop it.
     pub(super) fn stall_status(&self, now: Instant) -> bool {
+        // The cheap questions first: this is asked whenever RAMP_STAT is read.
         self.stored(SW_MODE) >> 10 & 1 == 1
+            && self.sense.is_some_and(|sense| self.stallguard(sense.stallguard) == 0)
             && self.result(now) == Some(0)
             && self.measures_stalls(now)
     }

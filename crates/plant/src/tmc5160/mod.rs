@@ -214,9 +214,7 @@ impl Tmc5160 {
     }
 
     fn set(&mut self, address: u8, value: u32, now: Instant) {
-        let is_limit = (registers::VSTART..=registers::XTARGET).contains(&address);
-        if self.stored(address) == value && (is_limit || address == registers::RAMPMODE) {
-            // The plan is already the one for this value.
+        if self.plans_with(address, value) {
             return;
         }
         self.mark(now);
@@ -245,6 +243,12 @@ impl Tmc5160 {
         }
         self.keep_field(place, now);
         self.expect_events(at_target, now);
+    }
+
+    /// Whether this value stands in a register of the ramp already, so that the plan is the one for it.
+    pub(crate) fn plans_with(&self, address: u8, value: u32) -> bool {
+        let is_limit = (registers::VSTART..=registers::XTARGET).contains(&address);
+        (is_limit || address == registers::RAMPMODE) && self.stored(address) == value
     }
 
     /// Plans the motion anew, if what it follows from has changed.
