@@ -21,10 +21,10 @@ def program():
 
 
 class Server:
-    """`tmcl serve tmcm-6214` with further options."""
+    """`tmcl serve` with further options: a bare TMCM-6214, or a scenario with its machines."""
 
-    def __init__(self, *options):
-        command = [str(program()), "serve", "tmcm-6214", "--json", *map(str, options)]
+    def __init__(self, *options, what="tmcm-6214"):
+        command = [str(program()), "serve", str(what), "--json", *map(str, options)]
         self.process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE
         )
@@ -39,7 +39,9 @@ class Server:
         line = self.process.stdout.readline()
         if not line:
             raise RuntimeError(f"the server ended with status {self.process.wait()}")
-        return json.loads(line)
+        endpoints = json.loads(line)
+        # A scenario has a list of modules; the tests talk to the first one.
+        return {**endpoints, **endpoints.get("modules", [{}])[0]}
 
     @property
     def pty(self):
@@ -51,6 +53,11 @@ class Server:
         """Host and port."""
         host, port = self.endpoints["tcp"].rsplit(":", 1)
         return host, int(port)
+
+    @property
+    def world(self):
+        """Path of the socket on which the world around the modules is served."""
+        return self.endpoints["world"]
 
     def connect(self, line="pty"):
         """Connects as a user of PyTrinamic does."""
