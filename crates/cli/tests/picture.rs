@@ -6,6 +6,8 @@
 
 #[path = "../src/plot/mod.rs"]
 mod plot;
+#[path = "picture/reference_search.rs"]
+mod reference_search;
 
 use opentmcl_virtual::VirtualModule;
 use opentmcl_wire::{Duration, Instant, mnemonic};
