@@ -80,10 +80,10 @@ impl Rig {
         let now = next.now;
         if !self.is_steady(field)
             && let Some(end) = next.time
+            && self.largest_load(field, now, end) > 1.0
+            && !chip.dcstep_active(now)
         {
-            if self.largest_load(field, now, end) > 1.0 && !chip.dcstep_active(now) {
-                next.look_for(|time| self.load(field, time).abs() > 1.0);
-            }
+            next.look_for(|time| self.load(field, time).abs() > 1.0);
         }
         let forward = if field.speed == 0.0 { field.acceleration > 0.0 } else { field.speed > 0.0 };
         let speed = field.speed_at(now);
