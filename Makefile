@@ -95,6 +95,13 @@ fuzz-short: ## Fuzz each target for 10 seconds from the committed seeds
 	$(call heading,fuzz)
 	tools/fuzz.sh --from-seeds 10
 
+.PHONY: soak
+soak: ## Run a hundred thousand random machines and random scenarios
+	$(call heading,random machines)
+	MACHINES=100000 cargo test --locked --release -p opentmcl-plant --test random_machines
+	$(call heading,random scenarios)
+	OPENTMCL_SCENARIOS=100000 cargo test --locked --release -p opentmcl-virtual --test random_scenarios
+
 .PHONY: docs-check
 docs-check: program venv ## Check the documentation: API docs, links, and that examples show real output
 	$(call heading,documentation)
