@@ -1,10 +1,8 @@
 //! StallGuard2 and what follows from it, against the load worked out by hand.
 
-mod bench;
-
 use std::f64::consts::TAU;
 
-use bench::*;
+use crate::bench::*;
 use opentmcl_plant::axis::Rotor;
 use opentmcl_plant::machine::motor::PRESETS;
 use opentmcl_plant::machine::{Load, Machine};

@@ -1,5 +1,4 @@
 //! An axis on a test bench.
-#![allow(dead_code)]
 
 use opentmcl_motion::{Duration, Instant};
 use opentmcl_plant::axis::{Axis, View};

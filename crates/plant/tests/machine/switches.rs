@@ -1,8 +1,6 @@
 //! When switches and the encoder see a machine pass, against times worked out by hand.
 
-mod bench;
-
-use bench::*;
+use crate::bench::*;
 use opentmcl_motion::{Duration, Instant};
 use opentmcl_plant::axis::SwitchInput;
 use opentmcl_plant::machine::{Load, Machine, Stage, Switch, Switches};

@@ -3,11 +3,9 @@
 //! The chip runs from 16 MHz: a speed register of V is V * 16e6 / 2^24 microsteps per second. The motor
 //! has 200 full steps, so that a turn is 51200 fine steps.
 
-mod bench;
-
 use std::f64::consts::{PI, TAU};
 
-use bench::*;
+use crate::bench::*;
 use opentmcl_plant::axis::Rotor;
 use opentmcl_plant::machine::{Load, Machine, Motor, Spring, Stage};
 use opentmcl_plant::tmc5160::registers::*;
