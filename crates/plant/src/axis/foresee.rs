@@ -22,6 +22,15 @@ const SAMPLES: u64 = 32;
 /// Fine steps behind a place, so that the place itself counts as passed in both directions.
 const BEHIND: f64 = 1e-3;
 
+/// What a rig knows of its future.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Foresight {
+    /// When it next has to be looked at, later than now; none if nothing will happen by itself.
+    pub(super) due: Option<Instant>,
+    /// Whether StallGuard2 cannot come to 0 until then.
+    pub(super) no_stall: bool,
+}
+
 /// What surrounds a rig while it looks ahead.
 struct Scene<'a> {
     chip: &'a Tmc5160,
@@ -32,13 +41,13 @@ struct Scene<'a> {
 }
 
 impl Rig {
-    /// When the rig next has to be looked at, later than `now`; none if nothing will happen by itself.
+    /// When the rig next has to be looked at, and what can be said of the time until then.
     pub(super) fn foresee(
         &self,
         chip: &Tmc5160,
         contacts: &[Contact; 3],
         now: Instant,
-    ) -> Option<Instant> {
+    ) -> Foresight {
         let field = chip.field(now);
         let mut next = Earliest::after(now);
         next.offer(self.stall_due);
@@ -66,8 +75,9 @@ impl Rig {
             State::Following | State::Pressed { .. } => {}
             State::Loose { at, speed } => self.foresee_loose(at, speed, &scene, &mut next),
         }
-        self.foresee_senses(&scene, &mut next);
-        next.time
+        let no_stall = !self.foresee_stall(&scene, &mut next);
+        self.foresee_deviation(&scene, &mut next);
+        Foresight { due: next.time, no_stall }
     }
 
     /// Whether load and speed stay as they are until the ramp changes.
@@ -166,17 +176,23 @@ impl Rig {
         if demand == 0.0 { 0.0 } else { demand / available }
     }
 
-    /// What StallGuard2 and the encoder will tell.
-    fn foresee_senses(&self, scene: &Scene<'_>, next: &mut Earliest) {
-        let &Scene { chip, ref field, turning, .. } = scene;
-        let now = next.now;
-        if turning
-            && self.stall_due.is_none()
-            && chip.stall_stops(now)
-            && self.may_stall(chip, field, next)
-        {
+    /// Looks for a stall where StallGuard2 would stop the motor; false if there can be none.
+    fn foresee_stall(&self, scene: &Scene<'_>, next: &mut Earliest) -> bool {
+        let Scene { chip, field, .. } = scene;
+        if !scene.turning || self.stall_due.is_some() || !chip.stall_stops(next.now) {
+            return true;
+        }
+        let possible = self.may_stall(chip, field, next);
+        if possible {
             next.look_for(|time| chip.stallguard(self.raw_stallguard(field, time)) == 0);
         }
+        possible
+    }
+
+    /// Looks for the moment at which the encoder is too far from the position counter.
+    fn foresee_deviation(&self, scene: &Scene<'_>, next: &mut Earliest) {
+        let &Scene { chip, ref field, turning, .. } = scene;
+        let now = next.now;
         let Some(limit) = chip.watches_deviation() else { return };
         let limit = f64::from(limit);
         let ratio = self.encoder_ratio(chip);

@@ -32,6 +32,7 @@ use opentmcl_motion::Instant;
 
 use crate::machine::Machine;
 use crate::tmc5160::{Tmc5160, registers};
+use foresee::Foresight;
 use rotor::Rig;
 use switches::Contact;
 
@@ -112,8 +113,8 @@ pub struct Axis {
     /// Left, right, home.
     contacts: [Contact; 3],
     rig: Option<Box<Rig>>,
-    /// When something happens on the rig by itself.
-    due: Option<Instant>,
+    /// What happens on the rig by itself.
+    foresight: Foresight,
 }
 
 impl Default for Axis {
@@ -129,7 +130,7 @@ impl Axis {
             chip: Tmc5160::new(),
             contacts: [Contact::new(None, 0.0, None); 3],
             rig: None,
-            due: None,
+            foresight: Foresight::default(),
         }
     }
 
@@ -143,7 +144,7 @@ impl Axis {
             chip: Tmc5160::new(),
             contacts: [contact(switches.left), contact(switches.right), contact(switches.home)],
             rig: Some(Box::new(Rig::new(machine, full_scale))),
-            due: None,
+            foresight: Foresight::default(),
         };
         axis.settle(Instant::from_ticks(0));
         axis
@@ -169,8 +170,11 @@ impl Axis {
         self.run(now);
         if let Some(rig) = &mut self.rig {
             match address {
-                // That the value comes to 0 is an event of its own, so RAMP_STAT knows of it already.
                 registers::DRV_STATUS | registers::PWM_SCALE => rig.sense(&mut self.chip, now),
+                registers::RAMP_STAT if self.chip.tells_stalls() && !self.foresight.no_stall => {
+                    let raw = rig.raw_stallguard(&self.chip.field(now), now);
+                    self.chip.set_stallguard(raw);
+                }
                 registers::X_ENC => rig.count(&mut self.chip, now),
                 _ => {}
             }
@@ -194,7 +198,7 @@ impl Axis {
     pub fn next_event(&mut self, now: Instant) -> Option<Instant> {
         self.run(now);
         let ramp = self.chip.next_event(now);
-        match (ramp, self.due) {
+        match (ramp, self.foresight.due) {
             (Some(ramp), Some(due)) => Some(ramp.min(due)),
             (ramp, due) => ramp.or(due),
         }
@@ -303,7 +307,7 @@ impl Axis {
 
     /// Does what happens by itself until `now`.
     fn run(&mut self, now: Instant) {
-        while let Some(due) = self.due.filter(|&due| due <= now) {
+        while let Some(due) = self.foresight.due.filter(|&due| due <= now) {
             if let Some(rig) = &mut self.rig {
                 rig.come_to(&self.chip, due);
             }
@@ -333,7 +337,7 @@ impl Axis {
             }
             rig.come_to(&self.chip, now);
         }
-        self.due = rig.foresee(&self.chip, &self.contacts, now);
+        self.foresight = rig.foresee(&self.chip, &self.contacts, now);
     }
 
     fn levels(&self, now: Instant) -> [bool; 3] {

@@ -3,12 +3,24 @@
 use opentmcl_motion::{Instant, TICKS_PER_SECOND};
 
 use super::Tmc5160;
-use super::registers::{ENC_CONST, ENCMODE, GCONF};
+use super::registers::{ENC_CONST, ENCMODE, GCONF, SW_MODE};
 
 impl Tmc5160 {
     /// What a register that is not computed holds.
     pub(crate) fn register(&self, address: u8) -> u32 {
         self.stored(address)
+    }
+
+    /// Whether RAMP_STAT shows stalls: only while sg_stop is set.
+    pub(crate) fn tells_stalls(&self) -> bool {
+        self.stored(SW_MODE) >> 10 & 1 == 1
+    }
+
+    /// What the load measurement gives from now on, before SGT is added.
+    pub(crate) fn set_stallguard(&mut self, raw: u16) {
+        if let Some(sense) = &mut self.sense {
+            sense.stallguard = raw;
+        }
     }
 
     /// Fine steps per second at a speed in register units.

@@ -9,7 +9,7 @@
 
 use opentmcl_motion::Instant;
 
-use super::registers::{COOLCONF, PWMCONF, SW_MODE};
+use super::registers::{COOLCONF, PWMCONF};
 use super::{Sense, Tmc5160, current};
 
 /// What one unit of SGT adds to a result.
@@ -57,7 +57,7 @@ impl Tmc5160 {
     /// RAMP_STAT bit 13: the motor stalls where sg_stop could stop it.
     pub(super) fn stall_status(&self, now: Instant) -> bool {
         // The cheap questions first: this is asked whenever RAMP_STAT is read.
-        self.stored(SW_MODE) >> 10 & 1 == 1
+        self.tells_stalls()
             && self.sense.is_some_and(|sense| self.stallguard(sense.stallguard) == 0)
             && self.result(now) == Some(0)
             && self.measures_stalls(now)
