@@ -174,9 +174,14 @@ impl Rig {
     }
 
     fn feel_stall(&mut self, chip: &mut Tmc5160, field: &Field, now: Instant) {
-        let stalled =
-            chip.stall_stops(now) && chip.stallguard(self.raw_stallguard(field, now)) == 0;
-        if !stalled {
+        if !chip.stall_stops(now) {
+            self.stall_due = None;
+            return;
+        }
+        // Whether the rotor follows has been decided since the driver was told what it measures.
+        let raw = self.raw_stallguard(field, now);
+        chip.set_stallguard(raw);
+        if chip.stallguard(raw) != 0 {
             self.stall_due = None;
             return;
         }

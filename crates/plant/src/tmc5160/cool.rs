@@ -73,8 +73,10 @@ impl Tmc5160 {
 
     /// CS_ACTUAL of a moving axis.
     pub(super) fn run_current(&self, now: Instant) -> u32 {
-        let lowered = if self.cool_throughout(now) { self.lowered() } else { 0 };
-        self.irun() - lowered
+        match self.lowered() {
+            lowered if lowered > 0 && self.cool_throughout(now) => self.irun() - lowered,
+            _ => self.irun(),
+        }
     }
 
     fn demand(&self, sg_result: u16) -> Demand {

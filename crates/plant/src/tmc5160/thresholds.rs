@@ -128,7 +128,8 @@ impl Tmc5160 {
 
     /// Whether CoolStep regulates the current now.
     pub fn cool_active(&self, now: Instant) -> bool {
-        self.cool_range(self.above(now), now)
+        // The cheap question first.
+        self.stored(COOLCONF) & 0xF > 0 && self.cool_range(self.above(now), now)
     }
 
     fn cool_range(&self, above: Above, now: Instant) -> bool {
