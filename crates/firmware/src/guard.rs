@@ -141,14 +141,12 @@ impl<B: Board> Module<B> {
         if (chip.read_field(SG_STOP) != 0) != is_fast {
             return Some(grid_after(now));
         }
-        let is_steady = chip.is_at_rest() || chip.read_field(RAMP_STAT_VELOCITY_REACHED) != 0;
-        let steady = match (is_steady, is_fast && chip.is_positioning()) {
-            (false, _) => 0,
-            (true, false) => return None,
-            // No event tells when the axis begins to brake.
-            (true, true) => chip.ticks_until_braking(),
-        };
-        let until_crossing = steady.saturating_add(chip.ticks_until_speed(threshold));
+        if chip.is_at_rest() || !is_fast && chip.read_field(RAMP_STAT_VELOCITY_REACHED) != 0 {
+            return None;
+        }
+        // No event tells when the axis begins to brake.
+        let kept = if is_fast { chip.ticks_until_slower() } else { Some(0) };
+        let until_crossing = kept?.saturating_add(chip.ticks_until_speed(threshold));
         Some(grid_after(Instant::from_ticks(now.as_ticks().saturating_add(until_crossing))))
     }
 

@@ -119,17 +119,31 @@ impl<B: Board> Chip<'_, B> {
         self.read(ENC_STATUS) & ENC_STATUS_DEVIATION != 0 && !self.is_at_rest()
     }
 
-    /// Clocks for which an axis on its way to a target is sure to keep its speed, if it has reached
-    /// that. Braking takes V^2 / (2^8 A) microsteps (V per 2^24 clocks, A per 2^41 clocks^2).
-    pub(crate) fn ticks_until_braking(&mut self) -> u64 {
-        let speed = u64::from(self.velocity().unsigned_abs());
-        let distance = u64::from(self.target().wrapping_sub(self.position()).unsigned_abs());
+    /// Clocks for which a moving axis is sure not to get slower than it is; none if it will not without a
+    /// further command. Braking takes V^2 / (2^8 A) microsteps (V per 2^24 clocks, A per 2^41 clocks^2).
+    pub(crate) fn ticks_until_slower(&mut self) -> Option<u64> {
+        let (velocity, fastest) = (self.velocity(), self.read(VMAX));
+        if velocity.unsigned_abs() > fastest {
+            return Some(0);
+        }
+        let way = match self.read(RAMPMODE) {
+            RAMPMODE_POSITION => self.target().wrapping_sub(self.position()),
+            RAMPMODE_VELOCITY_POSITIVE => 1,
+            _ => -1,
+        };
+        if way.signum() != velocity.signum() {
+            return Some(0);
+        }
+        if !self.is_positioning() {
+            return None;
+        }
+        let fastest = u64::from(fastest);
         // Those that hold now: an interpolated move has its own.
         let limits = [AMAX, DMAX, D1].map(|address| self.read(address));
         let weakest = limits.into_iter().filter(|&a| a != 0).min().unwrap_or(1);
-        let braking = speed * speed / 256 / u64::from(weakest) + 1;
-        let steady = distance.saturating_sub(braking);
-        (steady << 24).checked_div(speed).unwrap_or(0)
+        let braking = fastest * fastest / 256 / u64::from(weakest) + 1;
+        let before_braking = u64::from(way.unsigned_abs()).saturating_sub(braking);
+        Some((before_braking << 24).checked_div(fastest).unwrap_or(0))
     }
 
     /// Clocks for which the speed is sure to stay on the side of a threshold where it is. A changes V by

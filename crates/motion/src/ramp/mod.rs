@@ -138,6 +138,12 @@ pub enum Phase {
     Decelerating,
 }
 
+impl Phase {
+    const fn stands(self) -> bool {
+        matches!(self, Self::Standstill | Self::Waiting)
+    }
+}
+
 /// A part of a plan with constant acceleration, from a time on until the next part begins.
 ///
 /// Positions and speeds are exact: a position counts 2^-42 microstep, a speed 2^-17 of a register unit,
@@ -157,6 +163,20 @@ pub struct Stretch {
     pub acceleration: i32,
     /// What the ramp does.
     pub phase: Phase,
+}
+
+impl Stretch {
+    /// Whether the axis does not move.
+    pub const fn stands(&self) -> bool {
+        self.phase.stands()
+    }
+
+    /// VACTUAL at a time within the stretch: the velocity in register units, truncated toward zero.
+    pub fn velocity_at(&self, time: Instant) -> i32 {
+        let clocks = time.as_ticks().saturating_sub(self.from.as_ticks());
+        let change = i64::from(self.acceleration).wrapping_mul(clocks as i64);
+        (self.velocity.wrapping_add(change) / (1 << SPEED_SHIFT)) as i32
+    }
 }
 
 /// Constant acceleration from `start` to the start of the next segment.
@@ -189,7 +209,7 @@ impl Segment {
     }
 
     const fn stands(&self) -> bool {
-        matches!(self.phase, Phase::Standstill | Phase::Waiting)
+        self.phase.stands()
     }
 }
 

@@ -193,7 +193,7 @@ impl Rig {
 
     /// Draws the consequences of whatever has changed at `now`.
     pub(super) fn settle(&mut self, chip: &mut Tmc5160, contacts: &mut [Contact; 3], now: Instant) {
-        self.sense(chip, now);
+        chip.set_flags(self.flags(&chip.field(now), now), now);
         let field = chip.field(now);
         self.drive = self.drive_of(chip.coils(now));
         self.decide(chip, &field, now);

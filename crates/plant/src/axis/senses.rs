@@ -74,9 +74,8 @@ impl Rig {
         STALLGUARD_TOP * rise * spoiled
     }
 
-    /// Tells the chip what it measures at `now`.
-    pub(super) fn sense(&self, chip: &mut Tmc5160, now: Instant) {
-        let field = chip.field(now);
+    /// The error bits of the driver at `now`.
+    pub(super) fn flags(&self, field: &Field, now: Instant) -> u32 {
         let mut flags = 0;
         if self.temperature.shut_down {
             flags |= FLAG_SHUT_DOWN;
@@ -93,6 +92,12 @@ impl Rig {
                 _ => {}
             }
         }
+        flags
+    }
+
+    /// Tells the chip all that it measures at `now`.
+    pub(super) fn sense(&self, chip: &mut Tmc5160, now: Instant) {
+        let field = chip.field(now);
         let pwm_scale = match self.drive {
             Drive::Field { amplitude, supply } => {
                 let speed = self.shaft.radians_per_second(field.speed_at(now) * CLOCK);
@@ -102,8 +107,8 @@ impl Rig {
             }
             Drive::Off | Drive::Shorted => Some(0),
         };
-        let sense = Sense { stallguard: self.raw_stallguard(&field, now), pwm_scale, flags };
-        chip.set_sense(sense, now);
+        let stallguard = self.raw_stallguard(&field, now);
+        chip.set_sense(Sense { stallguard, pwm_scale, flags: self.flags(&field, now) }, now);
     }
 
     /// Count of the encoder with the rotor and the stage there.

@@ -25,6 +25,12 @@ impl Tmc5160 {
         self.notice_faults();
     }
 
+    /// The error bits that the driver sees from now on, as in [`Sense`].
+    pub(crate) fn set_flags(&mut self, flags: u32, now: Instant) {
+        let rest = self.sense.unwrap_or(Sense::IDEAL);
+        self.set_sense(Sense { flags, ..rest }, now);
+    }
+
     /// SG_RESULT for a value before SGT is added.
     pub fn stallguard(&self, raw: u16) -> u16 {
         // Seven bits with sign.

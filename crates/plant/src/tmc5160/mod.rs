@@ -348,7 +348,11 @@ impl Tmc5160 {
     }
 
     fn tstep(&self, now: Instant) -> u32 {
-        let speed = u64::from(self.ramp.velocity(now).unsigned_abs()) << self.microstep_shift();
+        self.tstep_at(self.ramp.velocity(now))
+    }
+
+    fn tstep_at(&self, velocity: i32) -> u32 {
+        let speed = u64::from(velocity.unsigned_abs()) << self.microstep_shift();
         match (1u64 << 24).checked_div(speed) {
             Some(clocks) => u32::try_from(clocks).unwrap_or(TSTEP_MAX).min(TSTEP_MAX),
             None => TSTEP_MAX,

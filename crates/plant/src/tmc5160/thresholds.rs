@@ -53,8 +53,9 @@ impl Tmc5160 {
         let above = self.above(now);
         let present = (above, self.dcstep_active(now));
         let crossed = |ticks: u64| {
-            let time = Instant::from_ticks(ticks);
-            (self.compared(above, time), self.dcstep_active(time)) != present
+            let velocity = stretch.velocity_at(Instant::from_ticks(ticks));
+            (self.compared(above, stretch.stands(), velocity), self.allows_dcstep(velocity))
+                != present
         };
         // Within a stretch each comparison changes once at most.
         let (mut before, mut after) = (now.as_ticks(), end.saturating_sub(1));
@@ -75,7 +76,11 @@ impl Tmc5160 {
     /// Whether DcStep is in use: it is configured (VDCMIN, vhighfs and vhighchm), and the speed is not
     /// below VDCMIN.
     pub fn dcstep_active(&self, now: Instant) -> bool {
-        self.dcstep_configured() && self.ramp.velocity(now).unsigned_abs() >= self.stored(VDCMIN)
+        self.allows_dcstep(self.ramp.velocity(now))
+    }
+
+    fn allows_dcstep(&self, velocity: i32) -> bool {
+        self.dcstep_configured() && velocity.unsigned_abs() >= self.stored(VDCMIN)
     }
 
     /// The speed in register units that the load allows in DcStep; none where it sets no limit.
@@ -177,10 +182,11 @@ impl Tmc5160 {
         let Watch { from: mut time, mut above } = self.watch;
         let mut cool = true;
         loop {
-            let until = self.ramp.stretch(time).until.filter(|&until| until <= now);
+            let stretch = self.ramp.stretch(time);
+            let until = stretch.until.filter(|&until| until <= now);
             let last = until.map_or(now, |until| Instant::from_ticks(until.as_ticks() - 1));
             for end in [time, last] {
-                above = self.compared(above, end);
+                above = self.compared(above, stretch.stands(), stretch.velocity_at(end));
                 cool = cool && self.cool_range(above, end);
             }
             match until {
@@ -190,11 +196,11 @@ impl Tmc5160 {
         }
     }
 
-    fn compared(&self, above: Above, time: Instant) -> Above {
-        if self.standing(time).is_some() {
+    fn compared(&self, above: Above, stands: bool, velocity: i32) -> Above {
+        if stands {
             return Above::default();
         }
-        let tstep = self.tstep(time);
+        let tstep = self.tstep_at(velocity);
         let [pwm, cool, high] = THRESHOLDS.map(|address| {
             let bound = self.bound(address);
             (tstep < bound, tstep < self.upper(address))
