@@ -102,6 +102,63 @@ fn nobody_looks_at_an_axis_that_stands_or_turns_steadily() {
     assert_eq!(bench.module.poll_at(), None);
 }
 
+/// A linear congruential generator: the same numbers everywhere.
+fn next(random: &mut u64, end: u64) -> u64 {
+    *random =
+        random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*random >> 33) % end
+}
+
+#[test]
+fn the_stop_is_on_in_each_millisecond_in_which_the_speed_is_above() {
+    // 20000 pps are 20971.5 of the chip's unit.
+    const THRESHOLD: u32 = 20_971;
+    let mut random = 1;
+    let mut seen = [0; 2];
+    for _ in 0..60 {
+        let mut bench = Bench::new(Stage::new());
+        bench.ask("SAP 181, 3, 20000");
+        // Ramps of all six points: A1, V1, AMAX, DMAX, D1, start and stop speed.
+        for (parameter, least, most) in [
+            (15, 0, 400_000),
+            (16, 0, 60_000),
+            (5, 20_000, 400_000),
+            (17, 20_000, 400_000),
+            (18, 0, 400_000),
+            (19, 0, 30_000),
+            (20, 1, 30_000),
+        ] {
+            let value = least + next(&mut random, most - least);
+            bench.ask(&format!("SAP {parameter}, 3, {value}"));
+        }
+        for _ in 0..8 {
+            let (kind, value) = (next(&mut random, 5), next(&mut random, 60_000));
+            match kind {
+                0 => bench.ask(&format!("ROR 3, {value}")),
+                1 => bench.ask(&format!("ROL 3, {value}")),
+                2 => bench.ask(&format!("SAP 4, 3, {value}")),
+                _ => bench.ask(&format!("MVP ABS, 3, {}", value as i64 * 2 - 60_000)),
+            };
+            for _ in 0..1 + next(&mut random, 900) {
+                bench.wait_ms(1);
+                // VACTUAL is register 22h, 24 bits with sign.
+                let speed = (bench.ask("148 34, 3, 0") << 8 >> 8).unsigned_abs();
+                if speed.abs_diff(THRESHOLD) > 1 {
+                    let is_above = speed > THRESHOLD;
+                    assert_eq!(
+                        sg_stop(&mut bench) == 1,
+                        is_above,
+                        "{speed} at {} ms",
+                        bench.now_ms()
+                    );
+                    seen[usize::from(is_above)] += 1;
+                }
+            }
+        }
+    }
+    assert!(seen.iter().all(|&count| count > 20_000), "{seen:?}");
+}
+
 #[test]
 fn a_stall_during_a_search_stops_the_axis_and_keeps_its_state() {
     let mut bench = stalling_at(600);
