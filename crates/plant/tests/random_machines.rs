@@ -6,7 +6,7 @@
 use std::f64::consts::TAU;
 
 use opentmcl_motion::{Duration, Instant};
-use opentmcl_plant::axis::{Axis, Coil, CoilFault, SwitchInput, View};
+use opentmcl_plant::axis::{Axis, Coil, CoilFault, Rotor, SwitchInput, View};
 use opentmcl_plant::machine::motor::PRESETS;
 use opentmcl_plant::machine::{Encoder, Load, Machine, Spring, Stage, Switch, Switches};
 use opentmcl_plant::tmc5160::registers::*;
@@ -45,6 +45,9 @@ impl Random {
         10f64.powf(self.between(from, to))
     }
 }
+
+/// In a fine step of a motor with 200 full steps.
+const RADIANS: f64 = TAU / 51_200.0;
 
 const WAY: f64 = 400_000.0;
 
@@ -102,7 +105,7 @@ fn machine(random: &mut Random) -> Machine {
 }
 
 /// Something that happens to an axis from outside.
-fn happen(axis: &mut Axis, random: &mut Random, now: Instant) {
+fn happen(axis: &mut Axis, torque: &mut f64, random: &mut Random, now: Instant) {
     const ADDRESSES: [u8; 34] = [
         GCONF, IHOLD_IRUN, TPOWERDOWN, TPWMTHRS, 0x14, THIGH, RAMPMODE, RAMPMODE, RAMPMODE,
         XACTUAL, VSTART, A1, V1, AMAX, AMAX, VMAX, VMAX, VMAX, DMAX, D1, VSTOP, TZEROWAIT, XTARGET,
@@ -112,7 +115,10 @@ fn happen(axis: &mut Axis, random: &mut Random, now: Instant) {
     let small = random.next() as u32 >> bits;
     match random.below(20) {
         0 => axis.set_supply(random.between(0.0, 50.0), now),
-        1 => axis.set_external_torque(random.between(-0.5, 0.5), now),
+        1 => {
+            *torque = random.between(-0.5, 0.5);
+            axis.set_external_torque(*torque, now);
+        }
         2 => axis.set_blocked(random.one_in(2), now),
         3 => axis.set_position(random.between(-2.0 * WAY, 2.0 * WAY), now),
         4 => axis.set_coil(Coil::B, random.one_in(3).then_some(CoilFault::Open), now),
@@ -136,10 +142,9 @@ fn happen(axis: &mut Axis, random: &mut Random, now: Instant) {
 /// Fine steps per second that no rotor of this machine can exceed: the fastest field, or all the work
 /// that the load can do along the way.
 fn fastest(machine: &Machine) -> f64 {
-    let radians = TAU / 51_200.0;
     let inertia = machine.load.inertia + machine.motor.inertia;
     let torque = machine.load.largest_between(-WAY, WAY) + 0.5;
-    let by_work = (2.0 * torque * 2.0 * WAY * radians / inertia).sqrt() / radians;
+    let by_work = (2.0 * torque * 2.0 * WAY * RADIANS / inertia).sqrt() / RADIANS;
     // With full steps a register unit is 256 fine steps; a field that jumps from VSTART is as fast.
     let by_field = f64::from((1 << 23) - 1) * 256.0;
     by_field + by_work
@@ -158,15 +163,46 @@ fn check(view: &View, machine: &Machine, told: &str) {
     assert!(speed.abs() <= fastest(machine), "{told}: {view:?}");
 }
 
+/// Work in joule that a load does on the way between two positions: it is the same on every way there.
+fn work(machine: &Machine, torque: f64, from: f64, to: f64) -> f64 {
+    let mut places = vec![from, to];
+    places.extend(machine.load.along.iter().map(|point| point.0));
+    places.retain(|place| (from.min(to)..=from.max(to)).contains(place));
+    places.sort_by(|a, b| if from < to { a.total_cmp(b) } else { b.total_cmp(a) });
+    // Between the points of the profile torques are linear.
+    let pieces = places.windows(2).map(|ends| {
+        let middle = ends[0].midpoint(ends[1]);
+        (machine.load.torque_at(middle) + torque) * (ends[1] - ends[0])
+    });
+    pieces.sum::<f64>() * RADIANS
+}
+
+/// A rotor that nothing drives gets its energy from the load alone. A tenth is for strong brakes, which
+/// within a step of half a millisecond count with the speed at its end. A profile of torques is not
+/// followed within a step, so it is left out.
+fn check_energy(machine: &Machine, torque: f64, before: &View, after: &View, told: &str) {
+    let inertia = machine.load.inertia + machine.motor.inertia;
+    let energy = |view: &View| inertia * (view.speed * RADIANS).powi(2) / 2.0;
+    let work = work(machine, torque, before.rotor, after.rotor);
+    let (had, has) = (energy(before) + work, energy(after));
+    let most = energy(before).max(has).max(work.abs());
+    assert!(
+        has <= had + 0.1 * most + 1e-12,
+        "{told}: {had} J became {has} J, {before:?} {after:?}"
+    );
+}
+
 /// Runs one machine; looks at it now and then, or at each of a number of further times as well.
 fn run(seed: u64, looks: u64) -> (View, Vec<u32>) {
     let mut random = Random(seed);
     let machine = machine(&mut random);
     let mut axis = Axis::with_machine(machine.clone(), 2.8);
     let mut now = Instant::from_ticks(0);
+    let mut torque = 0.0;
     let mut look = Random(!seed);
     for step in 0..30 {
-        happen(&mut axis, &mut random, now);
+        happen(&mut axis, &mut torque, &mut random, now);
+        let before = axis.view(now);
         let longest = 1 << (10 + random.below(14));
         let clocks = random.below(longest);
         let mut times: Vec<u64> = (0..looks).map(|_| look.below(clocks + 1)).collect();
@@ -179,7 +215,14 @@ fn run(seed: u64, looks: u64) -> (View, Vec<u32>) {
             axis.next_event(at);
         }
         now += Duration::from_ticks(clocks);
-        check(&axis.view(now), &machine, &format!("machine {seed}, step {step}"));
+        let told = format!("machine {seed}, step {step}");
+        let after = axis.view(now);
+        check(&after, &machine, &told);
+        if (before.state, after.state) == (Rotor::Free, Rotor::Free)
+            && machine.load.along.is_empty()
+        {
+            check_energy(&machine, torque, &before, &after, &told);
+        }
     }
     let registers = [XACTUAL, VACTUAL, RAMP_STAT, X_ENC, DRV_STATUS, 0x36, 0x3B, 0x3C];
     let registers = registers.map(|address| axis.read(address, now)).to_vec();

@@ -143,8 +143,9 @@ impl Shaft {
     /// Position and speed (fine steps, per second) that a rotor without a guiding field has after
     /// `seconds`, which should be short.
     ///
-    /// The speed follows implicitly, so that stiff springs and strong brakes cannot make it grow; the way
-    /// follows from the mean of both speeds, so that constant torques give the exact way.
+    /// The torque counts with the mean of its values at both ends, so that springs of any stiffness keep
+    /// the energy, and the way follows from the mean of both speeds, so that constant torques give the exact
+    /// way. Brakes count with the speed at the end, so that strong ones stop the rotor and do no more.
     pub(super) fn coast(
         &self,
         drive: Drive,
@@ -165,11 +166,14 @@ impl Shaft {
             Drive::Off | Drive::Field { .. } => load.viscous,
         };
         let stiffness = load.stiffness_at(position) / self.radians;
-        let resistance = 1.0 + seconds * (brake + seconds * stiffness) / self.inertia;
-        let after = (before + seconds * torque / self.inertia) / resistance;
+        let swing = seconds * seconds * stiffness / (4.0 * self.inertia);
+        let after = (before * (1.0 - swing) + seconds * torque / self.inertia)
+            / (1.0 + swing + seconds * brake / self.inertia);
         let (way, after) = if before != 0.0 && after * direction <= 0.0 {
-            // It comes to rest on the way.
-            (before * seconds * before / (before - after) / 2.0, 0.0)
+            // It comes to rest on the way, where torque and spring have taken all its energy.
+            let (energy, ahead) = (self.inertia * before * before, torque * direction);
+            let opposing = libm::sqrt(ahead * ahead + stiffness * energy) - ahead;
+            (direction * energy / opposing, 0.0)
         } else {
             ((before + after) * seconds / 2.0, after)
         };
