@@ -245,8 +245,25 @@ impl Panel {
                 let ends = bands.iter().flat_map(|band| [band.from, band.to]);
                 let scale = Scale::around(values.chain(ends));
                 let over = Span { from: top + height, to: top };
-                bands.iter().for_each(|band| draw_band(svg, band, plot, &scale, over));
-                draw_curves(svg, curves, time, plot, &scale, over);
+                let lines: Vec<Vec<(i64, i64)>> = curves
+                    .iter()
+                    .map(|curve| {
+                        let points = curve.points.iter();
+                        let place = |&(at, value): &(i64, i64)| {
+                            (time.place(at, plot), scale.place(value, over))
+                        };
+                        points.map(place).collect()
+                    })
+                    .collect();
+                for band in bands {
+                    draw_band(svg, band, &lines, plot, &scale, over);
+                }
+                draw_values(svg, &scale, plot, over);
+                // The first one, which is drawn through, below the others, whose dashes show it where they
+                // meet.
+                for (curve, points) in curves.iter().zip(&lines) {
+                    svg.curve(curve.style, &svg::simplified(points));
+                }
                 scale.title(quantity, unit)
             }
             Self::Levels { quantity, rows } => {
@@ -263,35 +280,49 @@ impl Panel {
     }
 }
 
-/// Draws a zone from left to right, its name inside on the right.
-fn draw_band(svg: &mut Svg, band: &Band, plot: Span, scale: &Scale, over: Span) {
-    let (low, high) = (scale.place(band.from, over), scale.place(band.to, over));
-    svg.zone((plot.from, high), (plot.to, low));
-    svg.text("right", plot.to - 60, (low + high) / 2 + 45, &band.name);
-}
+/// Height of a zone whose values are one: enough to be seen.
+const THIN: i64 = 24;
 
-fn draw_curves(
+/// Draws a zone from left to right, with its name inside or above it, where no curve goes through that.
+fn draw_band(
     svg: &mut Svg,
-    curves: &[Curve],
-    time: &TimeScale,
+    band: &Band,
+    lines: &[Vec<(i64, i64)>],
     plot: Span,
     scale: &Scale,
     over: Span,
 ) {
+    let (low, high) = (scale.place(band.from, over), scale.place(band.to, over));
+    let missing = (THIN - (low - high)).max(0) / 2;
+    svg.zone((plot.from, high - missing), (plot.to, low + missing));
+    let width = svg::text_width(&band.name);
+    let (left, right) = (plot.from + 60, plot.to - 60);
+    let (inside, above) = ((low + high) / 2, high - 80);
+    let heights = if missing > 0 { [above, above] } else { [inside, above] };
+    let places = heights.into_iter().flat_map(|middle| {
+        [right, left + width, (plot.from + plot.to + width) / 2].map(|end| (end, middle))
+    });
+    let is_free = |&(end, middle): &(i64, i64)| {
+        let (across, down) = ((end - width, end), (middle - 70, middle + 70));
+        let mut steps = lines.iter().flat_map(|line| line.windows(2));
+        !steps.any(|ends| match *ends {
+            [(x1, y1), (x2, y2)] => {
+                x2 >= across.0 && x1 <= across.1 && y1.max(y2) >= down.0 && y1.min(y2) <= down.1
+            }
+            _ => false,
+        })
+    };
+    let (end, middle) = places.into_iter().find(is_free).unwrap_or((right, inside));
+    svg.text("right", end, middle + 45, &band.name);
+}
+
+/// Draws a line and a label for each tick of the values.
+fn draw_values(svg: &mut Svg, scale: &Scale, plot: Span, over: Span) {
     for (value, label) in scale.ticks() {
         let class = if value == 0 { "zero" } else { "grid" };
         let y = scale.place(value, over);
         svg.line(class, (plot.from, y), (plot.to, y));
         svg.text("right", plot.from - 90, y + 45, &label);
-    }
-    // The first one, which is drawn through, below the others, whose dashes show it where they meet.
-    for curve in curves {
-        let points: Vec<_> = curve
-            .points
-            .iter()
-            .map(|&(at, value)| (time.place(at, plot), scale.place(value, over)))
-            .collect();
-        svg.curve(curve.style, &svg::simplified(&points));
     }
 }
 

@@ -133,18 +133,13 @@ fn draw(setup: &ModuleSetup, case: &Case, name: &str, place: f64) -> String {
         for turn in 0..3 {
             let index = scale.to_stage(encoder.index + f64::from(turn) * 51_200.0) * 1000.0;
             let at = index.round() as i64;
-            bands.push(Band { name: "index".to_owned(), from: at - 250, to: at + 250 });
+            bands.push(Band { name: "index".to_owned(), from: at, to: at });
         }
     }
     let from = match name {
         "on" => "on the switch",
-        side => {
-            if side == "left" {
-                "from the left"
-            } else {
-                "from the right"
-            }
-        }
+        "left" => "from the left",
+        _ => "from the right",
     };
     let mut panels = vec![Panel::Curves {
         quantity: "stage",
