@@ -233,6 +233,16 @@ impl fmt::Display for Coverage {
             let (covered, stored) = (table.covered, table.stored.len());
             writeln!(f, "{name:<18}{rows:>6}{behaviour:>16}{covered:>10}{stored:>13}")?;
         }
+        let sum = |count: fn(&Table) -> usize| tables.iter().map(count).sum::<usize>();
+        writeln!(
+            f,
+            "{:<18}{:>6}{:>16}{:>10}{:>13}",
+            "all",
+            sum(|table| table.rows),
+            sum(Table::with_behaviour),
+            sum(|table| table.covered),
+            sum(|table| table.stored.len())
+        )?;
         for table in &tables {
             for (row, reason) in &table.stored {
                 writeln!(f, "only stored: {}, {row}: {reason}", table.name)?;

@@ -17,6 +17,9 @@ pub(super) fn answer(out: &mut impl Write, answer: &Value) -> io::Result<()> {
     if let Some(ports) = answer["faults"].as_array() {
         return faults(out, ports);
     }
+    if let Some(modules) = answer["scenario"]["modules"].as_array() {
+        return scenario(out, modules);
+    }
     if let Some(help) = answer.get("help") {
         for line in strings(&help["actions"]).chain(strings(&help["queries"])) {
             writeln!(out, "{line}")?;
@@ -79,6 +82,14 @@ fn plain(value: &Value) -> String {
     }
 }
 
+/// A number with so many digits behind the point.
+fn rounded(value: &Value, decimals: usize) -> String {
+    let number = value.as_f64().unwrap_or_default();
+    // Adding 0 makes a negative 0 positive.
+    let scale = 10f64.powi(decimals as i32);
+    format!("{:.decimals$}", (number * scale).round() / scale + 0.0)
+}
+
 fn state(out: &mut impl Write, time: &Value, modules: &Map<String, Value>) -> io::Result<()> {
     writeln!(out, "{:.4} s", time.as_f64().unwrap_or_default())?;
     for (name, module) in modules {
@@ -117,14 +128,17 @@ fn state(out: &mut impl Write, time: &Value, modules: &Map<String, Value>) -> io
                 .into_iter()
                 .filter(|&switch| axis["switches"][switch] == true)
                 .collect::<Vec<_>>();
+            // Without a machine nothing measures a load.
+            let measured =
+                |value: String| if axis["machine"] == true { value } else { "–".into() };
             table.add_row([
                 number.clone(),
-                format!("{} {unit}", plain(&axis["position"])),
+                format!("{} {unit}", rounded(&axis["position"], 3)),
                 plain(&axis["counter"]),
-                format!("{} {unit}/s", plain(&axis["speed"])),
-                format!("{}°", plain(&axis["load_angle"])),
-                plain(&axis["stallguard"]),
-                format!("{} A", plain(&axis["current"])),
+                format!("{} {unit}/s", rounded(&axis["speed"], 2)),
+                measured(format!("{}°", rounded(&axis["load_angle"], 1))),
+                measured(plain(&axis["stallguard"])),
+                measured(format!("{} A", rounded(&axis["current"], 2))),
                 switches.join(" "),
                 notes(axis),
             ]);
@@ -137,6 +151,9 @@ fn state(out: &mut impl Write, time: &Value, modules: &Map<String, Value>) -> io
 /// What is out of the ordinary about an axis.
 fn notes(axis: &Value) -> String {
     let mut notes = Vec::new();
+    if axis["machine"] == false {
+        notes.push("ideal".to_owned());
+    }
     if axis["blocked"] == true {
         notes.push("blocked".to_owned());
     }
@@ -157,6 +174,47 @@ fn notes(axis: &Value) -> String {
         }
     }
     notes.join(", ")
+}
+
+/// What a scenario has behind its axes: the way of the stage, and where its switches are.
+fn scenario(out: &mut impl Write, modules: &[Value]) -> io::Result<()> {
+    for (at, module) in modules.iter().enumerate() {
+        let gap = if at == 0 { "" } else { "\n" };
+        let ports: Vec<&str> = strings(&module["ports"]).collect();
+        let (name, model) = (plain(&module["name"]), plain(&module["model"]));
+        writeln!(out, "{gap}{name}: {model}, ports {}", ports.join(" "))?;
+        let mut table = table(&["Axis", "Way", "Left", "Home", "Right"]);
+        for axis in module["axes"].as_array().into_iter().flatten() {
+            let unit = plain(&axis["unit"]);
+            // An end that is left open is one without end.
+            let range = |from: &Value, to: &Value| {
+                let ends = [from, to].map(|end| end.as_f64().map(|_| rounded(end, 2)));
+                match ends {
+                    [Some(from), Some(to)] => format!("{from} to {to} {unit}"),
+                    [Some(from), None] => format!("from {from} {unit}"),
+                    [None, Some(to)] => format!("up to {to} {unit}"),
+                    [None, None] => "endless".to_owned(),
+                }
+            };
+            let way = match axis["circle"].as_f64() {
+                Some(_) => format!("circle of {} {unit}", rounded(&axis["circle"], 2)),
+                None if axis["machine"] == true => range(&axis["from"], &axis["to"]),
+                None => "ideal".to_owned(),
+            };
+            let switch = |name: &str| {
+                let switch = &axis[name];
+                if switch.is_null() {
+                    "–".to_owned()
+                } else {
+                    range(&switch["from"], &switch["to"])
+                }
+            };
+            let row = [plain(&axis["axis"]), way, switch("left"), switch("home"), switch("right")];
+            table.add_row(row);
+        }
+        writeln!(out, "{}", table.trim_fmt())?;
+    }
+    Ok(())
 }
 
 fn faults(out: &mut impl Write, ports: &[Value]) -> io::Result<()> {

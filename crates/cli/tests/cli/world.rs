@@ -22,6 +22,9 @@ eeprom = "xy.eeprom"
 axis = 0
 motor = "nema17"
 transmission = { screw = "5 mm" }
+stage = { from = "0 mm", to = "100 mm", start = "10 mm" }
+left = { at = "2 mm" }
+home = { at = "50 mm", width = "2 mm" }
 
 [[module]]
 name = "z"
@@ -118,6 +121,13 @@ fn the_state_is_a_table_for_people_and_json_for_programs() {
     let (_lab, served) = lab();
     let text = stdout_of(&["world", "-c", served.world(), "z: input 3 high", "state"]);
     assert!(text.contains("\nxy: tmcm-6214, power on, 24"), "{text}");
+    assert!(
+        text.contains("\n0     10.000 mm  0        0.00 mm/s   0.0°        0   1.49 A"),
+        "{text}"
+    );
+    assert!(text.contains(
+        "\n1     0.000 deg  0        0.00 deg/s  –           –   –                  ideal"
+    ));
     let of_z = text.split("\nz: tmcm-6214").nth(1).unwrap();
     assert!(of_z.contains("3=1"), "{text}");
     let rows = of_z.lines().filter(|line| line.starts_with(['0', '1', '2', '3', '4', '5']));
@@ -127,6 +137,18 @@ fn the_state_is_a_table_for_people_and_json_for_programs() {
     assert_eq!(state["ok"], true);
     assert_eq!(state["state"]["modules"]["z"]["inputs"]["3"], true);
     assert_eq!(state["state"]["modules"]["xy"]["inputs"]["3"], false);
+}
+
+#[test]
+fn what_is_behind_the_axes_is_a_table_too() {
+    let (_lab, served) = lab();
+    let text = stdout_of(&["world", "-c", served.world(), "scenario"]);
+    assert!(text.starts_with("xy: tmcm-6214, ports pty tcp\n"), "{text}");
+    assert!(
+        text.contains("\n0     0.00 to 100.00 mm  up to 2.00 mm  49.00 to 51.00 mm  –\n"),
+        "{text}"
+    );
+    assert!(text.contains("\n1     ideal"), "{text}");
 }
 
 #[test]
