@@ -36,15 +36,12 @@ impl Random {
 #[derive(Default)]
 struct Line {
     characters: Vec<u8>,
-    after_cr: bool,
 }
 
 impl Line {
     /// Yields the line that a key ends.
     fn press(&mut self, key: u8) -> Option<Vec<u8>> {
-        let after_cr = std::mem::replace(&mut self.after_cr, key == 13);
         match key {
-            10 if after_cr => {}
             10 | 13 => return Some(std::mem::take(&mut self.characters)),
             8 | 127 => drop(self.characters.pop()),
             32 if self.characters.is_empty() => {}

@@ -58,8 +58,6 @@ pub struct LineEditor {
     address: u8,
     /// The character to echo.
     last: u8,
-    /// Whether the byte before was CR.
-    after_cr: bool,
 }
 
 impl Default for LineEditor {
@@ -71,15 +69,14 @@ impl Default for LineEditor {
 impl LineEditor {
     /// An editor that waits for the first character of a line.
     pub const fn new() -> Self {
-        Self { line: [0; ECHO_MAX], len: 0, address: 0, last: 0, after_cr: false }
+        Self { line: [0; ECHO_MAX], len: 0, address: 0, last: 0 }
     }
 
     /// Takes the next byte, as the module that has this `address` and `echo`. Both may change at any time;
     /// a new address holds from the next line on.
     pub fn push(&mut self, byte: u8, address: u8, echo: Echo) -> Typed<'_> {
-        let follows_cr = core::mem::replace(&mut self.after_cr, byte == CR);
         match byte {
-            LF if follows_cr => Typed::default(),
+            // Of CR and LF the second ends an empty line, which asks nothing.
             CR | LF => self.end(echo),
             BACKSPACE | DELETE => self.take_back(echo),
             b' ' if self.len == 0 => Typed::default(),
@@ -92,9 +89,7 @@ impl LineEditor {
         if self.len == 0 {
             self.address = address;
         }
-        if self.len < KEPT
-            && let Some(place) = self.line.get_mut(self.len)
-        {
+        if let Some(place) = self.line.get_mut(self.len) {
             *place = character;
         }
         self.len = self.len.saturating_add(1);

@@ -27,13 +27,15 @@
 //! - Every line to this module is answered once. What cannot be read: an unknown command, none at all, a
 //!   line that is too long or not ASCII is status 2; an operand for the type field or a bank, status 3; a
 //!   motor, a value, and too few or too many operands, status 4.
-//! - CR ends a line, and an LF directly behind it is ignored. An LF by itself ends a line as well, for
-//!   terminals that send nothing else.
+//! - CR ends a line, and so does LF, for terminals that send nothing else. An empty line is for nobody, so
+//!   the LF of a terminal that sends both is without effect.
 //! - Backspace (8) and delete (127) both take back a character, with any echo. All other control characters
 //!   are ignored, a tabulator too. Blanks before the letter of the address are ignored.
-//! - The echo begins with the letter of this module and ends with CR; an LF is never echoed. If backspaces
+//! - The echo begins with the letter of this module and ends with CR, whatever ended the line. If backspaces
 //!   take back the letter, the next character decides anew who is meant.
 //! - Echo bits 4 and 5 both set: no echo.
+//! - On a bus a reply is heard by all and begins with the letter of the host. A module that has the address of
+//!   the host takes it for a line, and answers it: do not give a module that address.
 
 mod editor;
 mod reply;

@@ -14,7 +14,8 @@ pub const LINE_MAX: usize = 80;
 pub enum Request {
     /// Execute a command. RUN and STOP are the control commands 129 and 128.
     Command(Command),
-    /// BIN: after the reply to it, the line carries 9-byte frames again.
+    /// BIN: after the reply to it, the line carries 9-byte frames again. The LF of a terminal that
+    /// sends it after CR is then a stray byte, which [`crate::serial::BYTE_TIMEOUT`] takes care of.
     Leave,
 }
 
