@@ -9,7 +9,7 @@
 //! - [`parse_line`] reads one whole line.
 //! - [`encode_reply`] writes the answer.
 //!
-//! Sources: manuals of the TMCM-6110 and TMCM-351, which agree word for word.
+//! Sources: manuals of the TMCM-6110 and TMCM-351, which agree.
 //!
 //! # Readings
 //!
