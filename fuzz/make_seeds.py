@@ -50,6 +50,28 @@ def mnemonics():
     )
 
 
+# --- ascii: address, global parameter 67, keys ------------------------------------------------
+
+CHARACTERS, LINE, OFF = 0x01, 0x11, 0x21
+
+
+def ascii_keys():
+    def terminal(echo, keys, address=1):
+        return bytes([address, echo]) + keys
+
+    write(
+        "ascii",
+        lines=terminal(CHARACTERS, b"AMVP ABS, 1, 50000\rA MST 1\r\na gap 1, 0\nABIN\r"),
+        program=terminal(LINE, b"ZRUN 10\rZSTOP\rzrun\r", address=26),
+        corrections=terminal(CHARACTERS, b"B\x08AMST 12\x7F\x7F\r A\x08\x08BMST 0\r"),
+        others=terminal(OFF, b"BMST 0\r\r\n\xc1MST 0\rAMST\xe4 0\r"),
+        mistakes=terminal(LINE, b"A\rAGO\rAMVP FAST, 0, 1\rAMST 256\rAWAIT 0, 0, 0\rA3 0, 0, 0\r"),
+        surplus=terminal(OFF, b"AGCO 0, 255, 5\rARFS STATUS, $2 // comment\rAUF7\r"),
+        too_long=terminal(LINE, b"AMST 1" + b" " * 75 + b"\rAMST 1" + b" " * 74 + b"\r"),
+        no_letter=terminal(CHARACTERS, b"[MST 0\r{MST 0\r", address=27),
+    )
+
+
 # --- decoder: a good frame's content, then pairs of gap and byte ------------------------------
 
 def frame(address, *fields):
@@ -246,6 +268,7 @@ def scenario():
 
 if __name__ == "__main__":
     mnemonics()
+    ascii_keys()
     decoder()
     interpreter()
     parameters()

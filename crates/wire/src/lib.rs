@@ -1,4 +1,4 @@
-//! TMCL as it travels: commands, replies, status codes, the 9-byte serial frame and the text form.
+//! TMCL as it travels: commands, replies, status codes, the 9-byte serial frame and the text forms.
 //!
 //! The layers, bottom up:
 //!
@@ -10,6 +10,8 @@
 //! - [`serial`]: the 9-byte frame of USB, RS485, RS232 and TCP, and a [`serial::Decoder`] that takes
 //!   any bytes and finds back into step.
 //! - [`mnemonic`]: one command as text, `ROR 0, 51200`, read and written.
+//! - [`ascii`]: the other form of a serial line, for people at a terminal: `AMVP ABS, 1, 50000`
+//!   answered by `BA 100 50000`.
 //!
 //! Nothing here performs I/O, allocates or reads a clock: bytes and times are arguments.
 #![no_std]
@@ -23,6 +25,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod ascii;
 pub mod command;
 pub mod control;
 pub mod limits;

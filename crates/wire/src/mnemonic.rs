@@ -119,11 +119,10 @@ impl Form {
 /// Reads one command. Case does not matter; numbers may be decimal, `$` or `0x` hexadecimal or `%`
 /// binary; a word and its number mean the same; what follows `//` is a comment.
 pub fn parse(line: &str) -> Result<Command, ParseError<'_>> {
-    let line = line.split("//").next().unwrap_or_default().trim();
-    if line.is_empty() {
+    let (name, rest) = split(line);
+    if name.is_empty() {
         return Err(ParseError::Empty);
     }
-    let (name, rest) = line.split_once(|c: char| c.is_whitespace()).unwrap_or((line, ""));
     if let Some(number) = number(name) {
         let number = u8::try_from(number).map_err(|_| ParseError::UnknownMnemonic(name))?;
         return parse_raw(number, rest);
@@ -142,6 +141,14 @@ pub fn parse(line: &str) -> Result<Command, ParseError<'_>> {
         return Err(ParseError::OperandCount { form, found });
     }
     Ok(command)
+}
+
+/// The name of the command in a line, and the text of its operands; both without comment and outer
+/// blanks, and empty if there is none.
+pub(crate) fn split(line: &str) -> (&str, &str) {
+    let line = line.split("//").next().unwrap_or_default().trim();
+    let (name, rest) = line.split_once(|c: char| c.is_whitespace()).unwrap_or((line, ""));
+    (name, rest.trim())
 }
 
 /// The operands of a command that is written as a number.
@@ -164,7 +171,6 @@ fn parse_raw(number: u8, rest: &str) -> Result<Command, ParseError<'_>> {
 }
 
 fn operands(rest: &str) -> impl Iterator<Item = &str> {
-    let rest = rest.trim();
     let count = if rest.is_empty() { 0 } else { usize::MAX };
     rest.split(',').map(str::trim).take(count)
 }
@@ -185,7 +191,7 @@ fn fill<'a>(command: &mut Command, text: &'a str, operand: Operand) -> Result<()
 }
 
 /// A number in one of the notations of the language. Too long a number is none.
-fn number(text: &str) -> Option<i64> {
+pub(crate) fn number(text: &str) -> Option<i64> {
     let (negative, digits) = match text.strip_prefix('-') {
         Some(digits) => (true, digits),
         None => (false, text),
