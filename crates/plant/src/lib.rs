@@ -15,5 +15,7 @@
 #![forbid(unsafe_code)]
 
 pub mod axis;
+mod coolstep;
+pub mod driver;
 pub mod machine;
 pub mod tmc5160;
