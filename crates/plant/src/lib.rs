@@ -18,4 +18,5 @@ pub mod axis;
 mod coolstep;
 pub mod driver;
 pub mod machine;
+pub mod tmc26x;
 pub mod tmc5160;
