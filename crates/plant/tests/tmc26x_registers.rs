@@ -1,8 +1,10 @@
 //! Registers of the TMC26x, datagrams and replies (datasheet chapter 6).
 
+use core::num::NonZeroU64;
+
 use opentmcl_motion::Instant;
 use opentmcl_plant::tmc26x::registers::*;
-use opentmcl_plant::tmc26x::{Sense, Tmc26x};
+use opentmcl_plant::tmc26x::{Coils, Motion, Sense, Tmc26x};
 
 const NOW: Instant = Instant::from_ticks(0);
 
@@ -18,8 +20,8 @@ fn fields_do_not_overlap_and_leave_room_for_the_address() {
         }
         assert_eq!(register.mask(), taken & 0x1_FFFF, "{}", register.name());
     }
-    // The vendor's header for the TMC262 has these masks; it counts the address as well, and in DRVCTRL its
-    // lowest bit, which is data in SPI mode only.
+    // The vendor's header for the TMC262 has these masks with the address above them, and two bits more that
+    // no field has in step/dir mode: 17 of DRVCTRL and 16 of SMARTEN.
     assert_eq!(Register::DrvCtrl.mask(), 0x3_FFFF & !(0xF << 4 | 0xFF << 10));
     assert_eq!(Register::ChopConf.mask(), 0x1_FFFF);
     assert_eq!(Register::SmartEn.mask(), 0x1_FFFF & !(1 << 4 | 1 << 7 | 1 << 12 | 1 << 16));
@@ -139,4 +141,9 @@ fn a_reset_clears_all_registers_and_keeps_what_comes_from_outside() {
     fresh.set_enabled(false, NOW);
     fresh.reset(later);
     assert_eq!(format!("{chip:?}"), format!("{fresh:?}"));
+    chip.write(Register::ChopConf.datagram(&[(TOFF, 5)]), later);
+    assert_eq!(chip.coils(later), Coils::Off, "the enable pin is off still");
+    chip.set_motion(Motion::Moving { rate: NonZeroU64::MIN }, later);
+    chip.reset(later);
+    assert_eq!(chip.next_event(later), None, "pulses still come in");
 }
