@@ -12,8 +12,8 @@ use opentmcl_motion::Instant;
 
 use super::current::Currents;
 use super::registers::{CHOPCONF, GLOBAL_SCALER, GSTAT, IHOLD_IRUN, PWMCONF, TPOWERDOWN};
-use super::sense::{OVERTEMPERATURE, SHORTS};
 use super::{Coils, Tmc5160};
+use crate::driver::{OVERTEMPERATURE, SHORTS};
 
 const DRIVER_ERROR: u32 = 1 << 1;
 

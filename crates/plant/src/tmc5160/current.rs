@@ -1,7 +1,6 @@
 //! The motor current: full while moving, and step by step down to the hold current at standstill.
 
-/// Clocks without a step after which the driver takes the axis for standing (DRV_STATUS bit 31).
-const STANDSTILL: u64 = 1 << 20;
+use crate::driver::STANDSTILL;
 
 /// Unit of TPOWERDOWN and of IHOLDDELAY in clocks.
 const DELAY_UNIT: u64 = 1 << 18;

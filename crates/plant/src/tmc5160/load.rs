@@ -2,8 +2,6 @@
 //!
 //! # Readings
 //!
-//! - One unit of SGT shifts a result by 16, so that the whole range of SGT shifts it by the whole range of
-//!   results.
 //! - At standstill and in StealthChop there is no measurement: SG_RESULT is 0 and the flag is not set.
 //! - A driver that knows no motor measures no load: SG_RESULT is 0 and the flag is not set.
 
@@ -11,9 +9,7 @@ use opentmcl_motion::Instant;
 
 use super::registers::{COOLCONF, PWMCONF};
 use super::{Sense, Tmc5160, current};
-
-/// What one unit of SGT adds to a result.
-const SGT_SLOPE: i32 = 16;
+use crate::driver;
 
 const STALLED: u32 = 1 << 24;
 
@@ -35,7 +31,7 @@ impl Tmc5160 {
     pub fn stallguard(&self, raw: u16) -> u16 {
         // Seven bits with sign.
         let threshold = (self.stored(COOLCONF) << 9).cast_signed() >> 25;
-        (i32::from(raw) + SGT_SLOPE * threshold).clamp(0, 1023) as u16
+        driver::stallguard(raw, threshold)
     }
 
     /// Whether anything follows from readings of StallGuard2 now: a stop, or a current.

@@ -36,17 +36,16 @@ mod insight;
 mod load;
 mod microstep;
 pub mod registers;
-mod sense;
 mod stops;
 mod thresholds;
 
+pub use crate::driver::{Coils, Sense};
 pub use field::Field;
-pub use sense::{Coils, Sense};
 
 use opentmcl_motion::ramp::{Limits, Mode, Phase, Ramp};
 use opentmcl_motion::{Duration, Instant};
 
-use cool::Cool;
+use crate::coolstep::Cool;
 use encoder::Counter;
 use field::Origin;
 use registers::{Access, RAMP_STAT_EVENTS, Register, register};
