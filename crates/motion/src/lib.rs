@@ -34,6 +34,7 @@ extern crate std;
 
 pub mod interpolation;
 pub mod ramp;
+pub mod ticked;
 
 /// Periods of the clock from which the ramp generators run: 16 MHz.
 pub const TICKS_PER_SECOND: u64 = 16_000_000;
