@@ -96,10 +96,10 @@ impl Plain {
     fn advance(&mut self, now: u64) {
         while self.time + 32 - self.time % 32 <= now {
             self.time += 32 - self.time % 32;
-            if self.time % (32 << self.settings.ramp_div) == 0 {
+            if self.time.is_multiple_of(32 << self.settings.ramp_div) {
                 self.ramp_tick();
             }
-            if self.time % (32 << self.settings.pulse_div) == 0 {
+            if self.time.is_multiple_of(32 << self.settings.pulse_div) {
                 self.pulse_tick();
             }
         }

@@ -27,7 +27,10 @@ impl Ramp {
         self.run(tick.saturating_sub(1));
         let velocity = self.next_velocity();
         self.time = tick;
-        self.change = velocity - self.velocity;
+        if velocity != self.velocity {
+            self.change = velocity - self.velocity;
+            self.changed_at = tick;
+        }
         self.assume(velocity);
         // A pulse tick of the same time comes after the ramp tick.
         if tick & (self.pulse_period() - 1) == 0 {
@@ -51,15 +54,20 @@ impl Ramp {
         }
         let pulses = ahead.div_ceil(speed);
         let period = TICK_SHIFT + self.settings.pulse_div;
-        let pulse = (self.time >> period).saturating_add(pulses) << period;
-        self.ramp_tick_after(pulse)
+        self.ramp_tick_after(nth_tick((self.time >> period).saturating_add(pulses), period))
     }
 
     fn ramp_tick_after(&self, time: u64) -> u64 {
         let period = TICK_SHIFT + self.settings.ramp_div;
-        ((time >> period) + 1).checked_shl(period).unwrap_or(u64::MAX)
+        nth_tick((time >> period) + 1, period)
     }
 
+    /// Clocks between two ramp ticks.
+    pub(super) fn ramp_period(&self) -> u64 {
+        1 << (TICK_SHIFT + self.settings.ramp_div)
+    }
+
+    /// Clocks between two pulse ticks.
     fn pulse_period(&self) -> u64 {
         1 << (TICK_SHIFT + self.settings.pulse_div)
     }
@@ -74,7 +82,7 @@ impl Ramp {
         let from = self.time;
         self.time = to;
         if let Some(arrival) = self.pulse(pulses) {
-            self.stopped_at = Some(((from >> period) + arrival) << period);
+            self.stopped_at = Some(nth_tick((from >> period).saturating_add(arrival), period));
         }
     }
 
@@ -121,6 +129,11 @@ impl Ramp {
         let ahead = self.microsteps_ahead(self.velocity.signum().into());
         let pulses = (ahead * MICROSTEP as u128 - self.fraction as u128).div_ceil(speed) as u64;
         let period = TICK_SHIFT + self.settings.pulse_div;
-        Some(((self.time >> period) + pulses) << period)
+        Some(nth_tick((self.time >> period).saturating_add(pulses), period))
     }
+}
+
+/// The time of a tick by its number; the end of time for those that lie behind it.
+fn nth_tick(number: u64, period: u32) -> u64 {
+    number.saturating_mul(1 << period)
 }

@@ -30,7 +30,7 @@ impl Ramp {
             velocity: self.velocity,
             change: self.next_velocity() - self.velocity,
             until: Some(tick).filter(|&tick| tick != u64::MAX).map(Instant::from_ticks),
-            period: Duration::from_ticks(32 << self.settings.ramp_div),
+            period: Duration::from_ticks(self.ramp_period()),
         }
     }
 
@@ -43,7 +43,7 @@ impl Ramp {
         let mut ahead = self.clone();
         ahead.advance(now);
         ahead.events = super::Events::default();
-        let period = 32 << self.settings.ramp_div;
+        let period = self.ramp_period();
         let end = ahead.time.saturating_add(period * TICKS_AHEAD);
         while ahead.time < end {
             let tick = ahead.next_change();
@@ -54,11 +54,11 @@ impl Ramp {
             if ahead.events.stopped {
                 return ahead.stopped_at.map(Instant::from_ticks);
             }
-            if ahead.change != 0 && ahead.has_reached_its_speed() {
+            if ahead.acceleration() != 0 && ahead.has_reached_its_speed() {
                 break;
             }
             ahead.stride(ahead.time.saturating_add(period * TICKS_AHEAD));
-            if ahead.change != 0 && ahead.has_reached_its_speed() {
+            if ahead.acceleration() != 0 && ahead.has_reached_its_speed() {
                 break;
             }
         }

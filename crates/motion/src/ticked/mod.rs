@@ -180,8 +180,9 @@ pub struct Ramp {
     travel: i64,
     /// Content of the accumulator, 0..=2047.
     fraction: i64,
-    /// Change of the velocity at the last ramp tick.
+    /// The last change of the velocity by a ramp tick, and the time of that tick.
     change: i32,
+    changed_at: u64,
     /// When the velocity became zero; none if it never was anything else.
     stopped_at: Option<u64>,
     events: Events,
@@ -204,6 +205,7 @@ impl Ramp {
             travel: 0,
             fraction: 0,
             change: 0,
+            changed_at: 0,
             stopped_at: None,
             events: Events::default(),
         }
@@ -262,7 +264,8 @@ impl Ramp {
     /// By how many 1/256 the last ramp tick has changed the velocity: a_max upward or downward, less with
     /// the last tick before a speed is reached, 0 at constant speed.
     pub fn acceleration(&self) -> i32 {
-        self.change
+        let is_last_tick = self.time - self.changed_at < self.ramp_period();
+        if is_last_tick { self.change } else { 0 }
     }
 
     /// The velocity at which the generator aims at present: v_target itself, or what a position mode has

@@ -28,7 +28,7 @@ impl Settings {
     }
 
     /// Whether an axis can stop from this speed on this way (1/2048 microstep), by p'.
-    fn stops_within(&self, speed: i32, way: i64) -> bool {
+    pub(super) fn stops_within(&self, speed: i32, way: i64) -> bool {
         let speed = i64::from(speed);
         let factor_shift = FACTOR_SHIFT + u32::from(self.factor.pdiv);
         // v² <= 2048 p' d with v in 1/256 and d in 1/2048; 57 and 58 bits at most.

@@ -1,6 +1,6 @@
 //! Many ramp ticks in one go, with the same result as one by one.
 //!
-//! Accelerating is done in closed form: the way is a sum of speeds, each rounded down to whole units. When
+//! Accelerating, and slowing down where nothing else follows from it, is done in closed form: the way is a sum of speeds, each rounded down to whole units. When
 //! it ends follows by bisection, since an axis that may not take a speed may not take a higher one later.
 //! Braking follows a curve tick by tick, in a loop without anything else in it.
 
@@ -41,14 +41,22 @@ impl Ramp {
             Mode::Ramp => (self.settings.ceiling(), self.distance()),
             Mode::Soft | Mode::Hold => return,
         };
-        let direction = distance.signum();
-        let speed = self.velocity * direction;
-        if direction == 0 || self.settings.bars(distance) || speed < 0 {
+        let ahead = distance.signum();
+        let is_velocity_mode = self.settings.mode == Mode::Velocity;
+        if ahead == 0 && !is_velocity_mode || self.settings.bars(distance) {
             return;
         }
-        let (ticks, units) = match self.climb(goal.abs(), speed, distance, ticks) {
-            (0, _) if self.settings.mode == Mode::Ramp => self.descend(speed, distance, ticks),
-            climbed => climbed,
+        let speed = self.velocity * ahead;
+        let direction = if self.velocity == 0 { ahead } else { self.velocity.signum() };
+        let (ticks, units) = if speed < 0 || ahead == 0 {
+            self.slow(0, ticks)
+        } else if is_velocity_mode && speed > goal.abs() {
+            self.slow(goal.abs(), ticks)
+        } else {
+            match self.climb(goal.abs(), speed, distance, ticks) {
+                (0, _) if !is_velocity_mode => self.descend(speed, distance, ticks),
+                climbed => climbed,
+            }
         };
         let units = units + self.fraction;
         let steps = i64::from(direction) * (units / MICROSTEP);
@@ -88,7 +96,31 @@ impl Ramp {
         }
         self.velocity = speed_at(count) * distance.signum();
         self.change = step * distance.signum();
+        self.changed_at = self.time + count * self.ramp_period();
         (count, way_before(count) + i64::from(speed_at(count) >> SPEED_SHIFT))
+    }
+
+    /// Slows down to a speed in ticks that each take away a_max, away from the target if there is one.
+    /// Gives their number and the way in 1/2048 microstep.
+    fn slow(&mut self, lowest: i32, ticks: u64) -> (u64, i64) {
+        let (step, speed) = (self.settings.a_max as i32, self.velocity.abs());
+        // The last step may be a shorter one, or one after which the axis stands.
+        let count = ticks.min(((speed - lowest - 1).max(0) / step) as u64);
+        let pulses = 1i64 << (self.settings.ramp_div - self.settings.pulse_div);
+        let speed_at = |tick: u64| speed - tick as i32 * step;
+        let last = i64::from(speed_at(count) >> SPEED_SHIFT);
+        let sum = sum_of_whole_parts(count, speed_at(count) as u64, step as u64) as i64;
+        let way = (pulses - 1) * i64::from(speed >> SPEED_SHIFT) + pulses * (sum - last) + last;
+        // Half way round, the target would be in front of it again.
+        let comes_round = self.settings.is_position_mode()
+            && i64::from(self.distance().abs()) + way / MICROSTEP + 1 >= 1 << 23;
+        if count == 0 || comes_round {
+            return (0, 0);
+        }
+        self.velocity = speed_at(count) * self.velocity.signum();
+        self.change = -step * self.velocity.signum();
+        self.changed_at = self.time + count * self.ramp_period();
+        (count, way)
     }
 
     /// Brakes, or keeps its speed, as long as it is above v_min and in front of the target. Gives the
@@ -98,22 +130,30 @@ impl Ramp {
         let (step, floor) = (settings.a_max as i32, settings.floor());
         let pulses = settings.ramp_div - settings.pulse_div;
         let (start, ceiling) = (self.way(distance), settings.ceiling());
-        let slowest = settings.v_min.max(1) as i32 * 2 << SPEED_SHIFT;
-        let (mut way, mut now, mut change, mut count) = (start, speed, 0, 0);
+        let slowest = (settings.v_min.max(1) as i32 * 2) << SPEED_SHIFT;
+        let (mut way, mut now, mut count, mut last_brake) = (start, speed, 0, 0);
         while count < ticks && now > slowest.max(floor + step) && now <= ceiling {
             let whole = i64::from(now >> SPEED_SHIFT);
             let before = way - ((whole << pulses) - whole);
-            if self.may_take((now + step).min(ceiling), before) || before <= MICROSTEP {
+            if before <= MICROSTEP {
                 break;
             }
-            let next = if self.may_take(now, before) { now } else { now - step };
-            (change, now) = (next - now, next);
+            if !settings.stops_within(now, before - (whole << pulses)) {
+                // Nor may it take a higher speed.
+                count += 1;
+                last_brake = count;
+                now -= step;
+            } else if self.may_take((now + step).min(ceiling), before) {
+                break;
+            } else {
+                count += 1;
+            }
             way = before - i64::from(now >> SPEED_SHIFT);
-            count += 1;
         }
-        if count > 0 {
+        if last_brake > 0 {
             self.velocity = now * distance.signum();
-            self.change = change * distance.signum();
+            self.change = -step * distance.signum();
+            self.changed_at = self.time + last_brake * self.ramp_period();
         }
         (count, start - way)
     }
