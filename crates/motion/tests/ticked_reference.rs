@@ -84,7 +84,7 @@ fn toward(velocity: i32, goal: i32, step: i32) -> i32 {
 impl Plain {
     fn set(&mut self, settings: Settings) {
         self.settings = Settings { target: wrapped(settings.target), ..settings };
-        if settings.mode == Mode::Hold {
+        if settings.mode == Mode::Hold && !self.barred(settings.v_target) {
             self.velocity = settings.v_target * 256;
         }
         if !settings.barred.soft && self.barred(self.velocity) {

@@ -16,4 +16,5 @@
 
 pub mod axis;
 pub mod machine;
+pub mod tmc429;
 pub mod tmc5160;

@@ -220,7 +220,7 @@ impl Ramp {
     pub fn set(&mut self, now: Instant, settings: &Settings) {
         self.advance(now);
         self.settings = settings.clamped();
-        if self.settings.mode == Mode::Hold {
+        if self.settings.mode == Mode::Hold && !self.settings.bars(self.settings.v_target) {
             self.jump_to(self.settings.v_target << SPEED_SHIFT);
         }
         self.obey();
