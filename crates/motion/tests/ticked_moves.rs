@@ -274,6 +274,17 @@ fn a_target_behind_the_axis_makes_it_turn_round() {
 }
 
 #[test]
+fn an_axis_that_moves_away_turns_round_even_if_it_may_not_go_fast() {
+    // The smallest p' allows hardly any speed toward the target, but a step of a_max is 8 units.
+    let factor = BrakingFactor { pmul: 128, pdiv: 13 };
+    let mut ramp = Ramp::new();
+    ramp.set(at(0), &Settings { target: 3, a_max: 2047, factor, ..settings((1000, 500, 7, 3)) });
+    ramp.set_velocity(at(0), -1);
+    let (_, least, _) = run_out(&mut ramp, at(0), 100);
+    assert_eq!((ramp.position(), ramp.at_rest(), least), (3, true, 0));
+}
+
+#[test]
 fn a_limit_changed_on_the_way_is_taken_up_with_a_max() {
     let row = (1000, 500, 7, 3);
     let mut ramp = Ramp::new();

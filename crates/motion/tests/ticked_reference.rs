@@ -36,7 +36,8 @@ impl Random {
     }
 
     fn settings(&mut self, near: i32) -> Settings {
-        let (ramp_div, pulse_div) = (self.below(8) as u32, self.below(8) as u32);
+        let divisors = if self.chance(4) { 14 } else { 8 };
+        let (ramp_div, pulse_div) = (self.below(divisors) as u32, self.below(divisors) as u32);
         let a_max = if self.chance(20) { 0 } else { self.magnitude(11) };
         let fitting = braking_factor(a_max, ramp_div, pulse_div);
         let any = BrakingFactor { pmul: 128 + self.below(128) as u8, pdiv: self.below(16) as u8 };
@@ -162,7 +163,7 @@ impl Plain {
                     let faster = toward(speed, v_max, step);
                     if self.stops(faster, way) {
                         faster
-                    } else if speed < faster && self.stops(speed, way) {
+                    } else if floor < speed && speed < faster && self.stops(speed, way) {
                         speed
                     } else {
                         toward(speed, floor, step)
@@ -191,7 +192,7 @@ fn at(ticks: u64) -> Instant {
 #[test]
 fn shortcuts_give_what_every_single_tick_gives_however_often_they_are_asked() {
     let mut random = Random(1);
-    for _ in 0..400 {
+    for _ in 0..1500 {
         let mut plain = Plain {
             settings: Settings::default(),
             time: 0,
@@ -246,5 +247,41 @@ fn an_event_comes_when_it_is_foreseen_from_anywhere_before() {
             now = next;
             ramp.advance(now);
         }
+    }
+}
+
+#[test]
+fn nothing_in_the_settings_makes_the_ramp_panic_and_values_out_of_range_count_as_the_last_ones() {
+    let mut random = Random(3);
+    for _ in 0..2_000 {
+        let mut any = |bits| if random.chance(3) { u32::MAX } else { random.magnitude(bits) };
+        let wild = Settings {
+            target: any(32).cast_signed(),
+            v_min: any(12),
+            v_max: any(12),
+            v_target: any(32).cast_signed(),
+            a_max: any(12),
+            factor: BrakingFactor { pmul: any(8) as u8, pdiv: any(8) as u8 },
+            pulse_div: any(5),
+            ramp_div: any(5),
+            ..random.settings(0)
+        };
+        let mut ramp = Ramp::new();
+        ramp.set(at(0), &wild);
+        ramp.set_position(at(0), random.next() as i32);
+        ramp.set_velocity(at(0), random.next() as i32);
+        let tame = *ramp.settings();
+        assert!(tame.v_max <= 2047 && tame.a_max <= 2047 && tame.v_min <= 2047);
+        assert!(tame.pulse_div <= 13 && tame.ramp_div <= 13 && tame.v_target.abs() <= 2047);
+        for time in [1 << 20, 1 << 24] {
+            ramp.advance(at(time));
+            ramp.next_event(at(time));
+            assert!(ramp.velocity().abs() <= 2047 && ramp.position().abs() <= 1 << 23);
+        }
+        // At a constant speed the end of time is not far.
+        ramp.set(at(1 << 24), &Settings { mode: Mode::Hold, ..wild });
+        ramp.advance(at(u64::MAX));
+        ramp.set(at(u64::MAX), &Settings { mode: Mode::Ramp, ..wild });
+        ramp.next_event(at(u64::MAX));
     }
 }

@@ -13,7 +13,7 @@ impl Ramp {
         let now = now.as_ticks();
         loop {
             let tick = self.next_change();
-            if tick > now {
+            if tick > now || tick == u64::MAX {
                 break;
             }
             self.step(tick);

@@ -32,9 +32,10 @@
 //!   tick fall together, the ramp tick comes first.
 //! - A position mode has a target speed: v_max as long as the axis can still stop, v_min afterwards. At a
 //!   ramp tick the axis takes the higher of its faster, its present and its slower speed with which,
-//!   after the coming period, v² <= 2048 p' d still holds. d is the way that is left, with the part of a
-//!   microstep in the accumulator: whole microsteps would leave an axis with a good p' at a speed above
-//!   v_min on the last one.
+//!   after the coming period, v² <= 2048 p' d still holds; but it never gets slower than v_min. Two details
+//!   are ours, without which an axis with a good p' would come to its target too fast: that it is the
+//!   state after the period which counts, and that the part of a microstep in the accumulator counts
+//!   in d. A last approach of about ln(v / v_min) ramp ticks follows from them.
 //! - v_min does not shorten the start: an axis accelerates from 0. It ends the braking: an axis at or
 //!   below v_min that comes to its target, with the pulse or by a new target, stands at once.
 //!   With v_min = 0 an axis may stop short of its target for ever.

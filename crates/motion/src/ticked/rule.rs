@@ -120,7 +120,7 @@ impl Ramp {
         let faster = approach(speed, settings.ceiling(), step);
         if self.may_take(faster, way) {
             faster
-        } else if speed < faster && self.may_take(speed, way) {
+        } else if speed > settings.floor() && speed < faster && self.may_take(speed, way) {
             speed
         } else {
             approach(speed, settings.floor(), step)
