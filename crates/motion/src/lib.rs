@@ -4,9 +4,12 @@
 //! anybody asks. A plan is a short list of segments of constant acceleration, so that evaluating it
 //! costs a multiplication and virtual time may jump over an hour of cruising.
 //!
+//! A [`ticked::Ramp`] is the older kind, which decides anew with every tick and cannot be planned. It steps
+//! through its ticks while it accelerates or brakes, and jumps over the rest.
+//!
 //! # Exactness
 //!
-//! The motion chips count in whole clocks and in register units: a speed of V means V microsteps in
+//! The chips with planned ramps count in whole clocks and in register units: a speed of V means V microsteps in
 //! 2^24 clocks, an acceleration of A raises V by A/2^17 per clock. With speed kept in units of
 //! V/2^17 and position in units of 2^-42 microstep, a segment with start values `x0`, `v0` and
 //! acceleration `a` has after `n` clocks
@@ -34,6 +37,7 @@ extern crate std;
 
 pub mod interpolation;
 pub mod ramp;
+pub mod ticked;
 
 /// Periods of the clock from which the ramp generators run: 16 MHz.
 pub const TICKS_PER_SECOND: u64 = 16_000_000;
