@@ -6,7 +6,7 @@ use std::time::{Duration, Instant as Wall};
 use opentmcl_firmware::{Line, Port};
 use opentmcl_virtual::VirtualModule;
 use opentmcl_wire::serial::{BYTE_TIMEOUT, Decoder, Request, encode_request};
-use opentmcl_wire::{Command, Instant, Opcode};
+use opentmcl_wire::{Command, Instant, Opcode, Outgoing};
 
 use crate::{Measured, program, seconds_per_call};
 
@@ -47,13 +47,13 @@ pub(crate) fn own_work_per_request() -> Measured {
                 }
             }
             let reply = answer(&mut module);
-            assert_eq!(black_box(reply)[2], 100);
+            assert_eq!(black_box(reply).as_bytes()[2], 100);
         }
     });
     Measured::new(batch / f64::from(BATCH) * 1e6)
 }
 
-fn answer(module: &mut VirtualModule) -> [u8; 9] {
+fn answer(module: &mut VirtualModule) -> Outgoing {
     loop {
         if let Some((_, reply)) = module.transmit() {
             return reply;

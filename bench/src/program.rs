@@ -2,7 +2,7 @@
 
 use std::time::Duration as Wall;
 
-use opentmcl_catalog::{MODULES, Module};
+use opentmcl_catalog::{Module, find};
 use opentmcl_virtual::{Options, Scenario, VirtualModule, flash::MemoryFlash};
 use opentmcl_wire::{Command, Duration, Opcode, control, mnemonic};
 
@@ -42,7 +42,7 @@ const SIX_AXES: [&str; 25] = [
 ];
 
 fn model() -> &'static Module {
-    MODULES.iter().find(|module| module.axes == 6).expect("the catalogue has a six-axis module")
+    find("tmcm-6214").expect("the catalogue has the module")
 }
 
 fn execute(module: &mut VirtualModule, line: &str) -> i32 {

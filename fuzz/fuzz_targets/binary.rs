@@ -21,7 +21,7 @@ fuzz_target!(|bytes: &[u8]| {
         .filter_map(|record| record.try_into().ok())
         .map(Command::from_bytes)
         .collect();
-    for module in [None, opentmcl_catalog::MODULES.first().copied()] {
+    for module in [None, opentmcl_catalog::find("tmcm-6214")] {
         let text = disassemble(&commands, &Disassembly { module, title: None });
         let options = Options { append_stop: false };
         let assembly = assemble("fuzz.tmc", text.as_str(), &mut BuiltInOnly, options);

@@ -24,7 +24,7 @@ fuzz_target!(|text: &str| {
                 assert!(mistake.column >= 1 && mistake.column <= text.chars().count() + 1);
                 assert!(!mistake.message.contains('\n'), "{mistake}");
             }
-            Scenario::of_model(opentmcl_catalog::MODULES[0])
+            Scenario::of_model(opentmcl_catalog::find("tmcm-6214").unwrap())
         }
     };
     let mut lab = Lab::new(scenario);

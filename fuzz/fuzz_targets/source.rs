@@ -28,7 +28,7 @@ fn meaning(assembly: &Assembly) -> impl PartialEq + std::fmt::Debug {
 }
 
 fn look_at_all_of_it(assembly: &Assembly, offset: u32) {
-    let module = opentmcl_catalog::MODULES.first().copied();
+    let module = opentmcl_catalog::find("tmcm-6214");
     for module in [None, module] {
         let findings = check::findings(assembly, module);
         for finding in &findings {

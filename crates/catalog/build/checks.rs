@@ -6,7 +6,7 @@ use std::fmt::Display;
 
 use opentmcl_wire::opcode;
 
-use crate::data::{self, File, is_snake_case, rooms};
+use crate::data::{self, Certainty, File, is_snake_case, rooms};
 
 /// Checks all rows of one module. An empty list means that the tables can be generated.
 pub(crate) fn check(file: &str, module: &File) -> Vec<String> {
@@ -59,6 +59,7 @@ fn axis_parameters(faults: &mut Vec<String>, file: &str, module: &File) {
     if module.axis_parameter.len() > 255 {
         Row::new(faults, file, TABLE, "").fault("there must be at most 255 rows");
     }
+    let rooms = rooms::axis(module.module.motion);
     let (mut numbers, mut ids) = (Unique::new("number"), Unique::new("id"));
     for entry in &module.axis_parameter {
         let label = format!("{} ({})", entry.number, entry.id);
@@ -67,11 +68,12 @@ fn axis_parameters(faults: &mut Vec<String>, file: &str, module: &File) {
         row.id(&entry.id);
         row.text("name", &entry.name);
         row.text("description", &entry.description);
+        row.origin(entry.certainty, entry.source.as_deref());
         row.range(entry.min, entry.max, entry.default, i64::from(i32::MAX));
         internal_max(&mut row, entry);
-        row.access(&entry.access, "RW");
+        row.access(&entry.access, "RWE");
         row.axes(entry.axes.as_deref(), module.module.axes);
-        row.effect(entry.behaviour.as_deref(), entry.stored.as_deref(), rooms::AXIS);
+        row.effect(entry.behaviour.as_deref(), entry.stored.as_deref(), rooms);
         row.values(&entry.values, entry.min, entry.max);
         numbers.check(&mut row, entry.number, &label);
         ids.check(&mut row, entry.id.clone(), &label);
@@ -113,6 +115,7 @@ fn global_parameters(faults: &mut Vec<String>, file: &str, module: &File) {
         row.id(&entry.id);
         row.text("name", &entry.name);
         row.text("description", &entry.description);
+        row.origin(entry.certainty, entry.source.as_deref());
         row.range(entry.min, entry.max, entry.default, i64::from(u32::MAX));
         row.access(&entry.access, "RWEA");
         row.effect(entry.behaviour.as_deref(), entry.stored.as_deref(), rooms::GLOBAL);
@@ -147,6 +150,7 @@ fn interrupts(faults: &mut Vec<String>, file: &str, module: &File) {
         row.id(&entry.id);
         row.text("name", &entry.name);
         row.text("description", &entry.description);
+        row.origin(entry.certainty, entry.source.as_deref());
         row.effect(Some(&entry.behaviour), None, rooms::INTERRUPT);
         numbers.check(&mut row, entry.number, &label);
         ids.check(&mut row, entry.id.clone(), &label);
@@ -164,6 +168,7 @@ fn ports(faults: &mut Vec<String>, file: &str, module: &File) {
         row.id(&entry.id);
         row.text("name", &entry.name);
         row.text("description", &entry.description);
+        row.origin(entry.certainty, entry.source.as_deref());
         row.range(entry.min, entry.max, entry.default, i64::from(i32::MAX));
         row.access(&entry.access, "RW");
         row.effect(Some(&entry.behaviour), None, rooms::PORT);
@@ -183,6 +188,7 @@ fn commands(faults: &mut Vec<String>, file: &str, module: &File) {
         row.number("number", entry.number);
         row.text("mnemonic", &entry.mnemonic);
         row.text("description", &entry.description);
+        row.origin(entry.certainty, entry.source.as_deref());
         if let Some(reason) = &entry.unavailable {
             row.text("unavailable", reason);
         }
@@ -250,6 +256,17 @@ impl<'a> Row<'a> {
         }
     }
 
+    fn origin(&mut self, certainty: Certainty, source: Option<&str>) {
+        match source {
+            Some(source) => self.text("source", source),
+            None if certainty == Certainty::Exact => {}
+            None => self.fault(
+                "source is missing; a row that is not exact must say where it comes from, such as \
+                 \"manual of the TMCM-351\"",
+            ),
+        }
+    }
+
     fn range(&mut self, min: i64, max: i64, default: i64, limit: i64) {
         if min > max {
             self.fault(format_args!("min {min} must not be above max {max}"));
@@ -271,10 +288,14 @@ impl<'a> Row<'a> {
             self.fault(format_args!(
                 "access {access:?} must be one or more of {legal}, in this order"
             ));
-        } else if access.contains('A') && !access.contains('W') {
-            self.fault(format_args!(
-                "access {access:?} has A (stored by each write) but no W; it must be writable"
-            ));
+            return;
+        }
+        for (letter, meaning) in [('E', "stored on request"), ('A', "stored by each write")] {
+            if access.contains(letter) && !access.contains('W') {
+                self.fault(format_args!(
+                    "access {access:?} has {letter} ({meaning}) but no W; it must be writable"
+                ));
+            }
         }
     }
 

@@ -40,7 +40,16 @@ pub(crate) struct Head {
     pub(crate) firmware: (u8, u8),
     pub(crate) version: String,
     pub(crate) axes: u8,
+    pub(crate) motion: Motion,
     pub(crate) peak_current_ma: u16,
+}
+
+/// Which chips drive the axes, in the words of the files.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Motion {
+    Tmc5160,
+    Tmc429,
 }
 
 #[derive(Debug, Deserialize)]
@@ -57,6 +66,18 @@ pub(crate) enum DefaultSource {
     Manual,
     OpenFirmware,
     Chosen,
+}
+
+/// How sure a row is, in the words of the files; rows that do not say it are exact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Certainty {
+    #[default]
+    Exact,
+    Sister,
+    Observed,
+    Inferred,
+    Recalled,
 }
 
 #[derive(Debug, Deserialize)]
@@ -77,6 +98,10 @@ pub(crate) struct AxisParameter {
     pub(crate) axes: Option<Vec<i64>>,
     pub(crate) behaviour: Option<String>,
     pub(crate) stored: Option<String>,
+    pub(crate) since: Option<(u8, u8)>,
+    #[serde(default)]
+    pub(crate) certainty: Certainty,
+    pub(crate) source: Option<String>,
     pub(crate) description: String,
     #[serde(default)]
     pub(crate) values: BTreeMap<String, String>,
@@ -99,6 +124,10 @@ pub(crate) struct GlobalParameter {
     pub(crate) access: String,
     pub(crate) behaviour: Option<String>,
     pub(crate) stored: Option<String>,
+    pub(crate) since: Option<(u8, u8)>,
+    #[serde(default)]
+    pub(crate) certainty: Certainty,
+    pub(crate) source: Option<String>,
     pub(crate) description: String,
     #[serde(default)]
     pub(crate) values: BTreeMap<String, String>,
@@ -112,6 +141,10 @@ pub(crate) struct Interrupt {
     pub(crate) name: String,
     pub(crate) behaviour: String,
     pub(crate) index: u8,
+    pub(crate) since: Option<(u8, u8)>,
+    #[serde(default)]
+    pub(crate) certainty: Certainty,
+    pub(crate) source: Option<String>,
     pub(crate) description: String,
 }
 
@@ -130,6 +163,10 @@ pub(crate) struct Port {
     pub(crate) access: String,
     pub(crate) behaviour: String,
     pub(crate) index: u8,
+    pub(crate) since: Option<(u8, u8)>,
+    #[serde(default)]
+    pub(crate) certainty: Certainty,
+    pub(crate) source: Option<String>,
     pub(crate) description: String,
 }
 
@@ -148,8 +185,11 @@ pub(crate) struct Command {
     pub(crate) number: i64,
     pub(crate) mnemonic: String,
     pub(crate) mode: Mode,
-    pub(crate) since: Option<(u8, u8)>,
     pub(crate) unavailable: Option<String>,
+    pub(crate) since: Option<(u8, u8)>,
+    #[serde(default)]
+    pub(crate) certainty: Certainty,
+    pub(crate) source: Option<String>,
     pub(crate) description: String,
 }
 
@@ -183,8 +223,20 @@ pub(crate) fn is_snake_case(id: &str) -> bool {
 
 /// The rooms of the firmware that each table may name, each with the enum of its effects.
 pub(crate) mod rooms {
-    /// Of axis parameters.
-    pub(crate) const AXIS: &[(&str, &str)] = &[("tmc5160", "Tmc5160"), ("axis", "Axis")];
+    use super::Motion;
+
+    /// Of axis parameters, of all modules.
+    pub(crate) const AXIS: &[(&str, &str)] =
+        &[("tmc5160", "Tmc5160"), ("tmc429", "Tmc429"), ("tmc26x", "Tmc26x"), ("axis", "Axis")];
+
+    /// Of axis parameters, of a module with these chips.
+    pub(crate) fn axis(motion: Motion) -> &'static [(&'static str, &'static str)] {
+        match motion {
+            Motion::Tmc5160 => &[("tmc5160", "Tmc5160"), ("axis", "Axis")],
+            Motion::Tmc429 => &[("tmc429", "Tmc429"), ("tmc26x", "Tmc26x"), ("axis", "Axis")],
+        }
+    }
+
     /// Of global parameters. `interrupts` here are settings; the interrupts have their own table.
     pub(crate) const GLOBAL: &[(&str, &str)] =
         &[("globals", "Globals"), ("variables", "Variables"), ("interrupts", "InterruptSetting")];

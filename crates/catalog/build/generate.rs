@@ -116,7 +116,8 @@ fn write_module(out: &mut String, module: &File) -> Result {
     writeln!(out, "    name: {:?},\n    title: {:?},", head.name, head.title)?;
     writeln!(out, "    description: {:?},\n    number: {},", head.description, head.number)?;
     writeln!(out, "    firmware: {:?},\n    version: *b{:?},", head.firmware, head.version)?;
-    writeln!(out, "    axes: {},\n    peak_current_ma: {},", head.axes, head.peak_current_ma)?;
+    writeln!(out, "    axes: {},\n    motion: Motion::{:?},", head.axes, head.motion)?;
+    writeln!(out, "    peak_current_ma: {},", head.peak_current_ma)?;
     writeln!(out, "    ratings: &[")?;
     for row in &module.rating {
         writeln!(out, "        Rating {{ name: {:?}, value: {:?} }},", row.name, row.value)?;
@@ -156,6 +157,7 @@ fn write_axis_parameter(out: &mut String, row: &data::AxisParameter, axes: u8) -
     write!(out, "default: {}, default_source: Source::{:?}, ", row.default, row.default_source)?;
     write!(out, "access: {}, axes: {mask}, ", access(&row.access))?;
     write!(out, "behaviour: AxisBehaviour::{effect}, description: {:?}, ", row.description)?;
+    write_origin(out, row.since, row.certainty, row.source.as_deref())?;
     writeln!(out, "values: &{:?} }},", values(&row.values))
 }
 
@@ -168,6 +170,7 @@ fn write_global_parameter(out: &mut String, row: &data::GlobalParameter) -> Resu
     write!(out, "default_source: Source::{:?}, ", row.default_source)?;
     write!(out, "access: {}, behaviour: GlobalBehaviour::{effect}, ", access(&row.access))?;
     write!(out, "description: {:?}, ", row.description)?;
+    write_origin(out, row.since, row.certainty, row.source.as_deref())?;
     writeln!(out, "values: &{:?} }},", values(&row.values))
 }
 
@@ -175,6 +178,7 @@ fn write_interrupt(out: &mut String, row: &data::Interrupt) -> Result {
     write!(out, "        Interrupt {{ number: {}, ", row.number)?;
     write!(out, "id: {:?}, name: {:?}, ", row.id, row.name)?;
     write!(out, "behaviour: {}, ", flat_effect(&row.behaviour, rooms::INTERRUPT))?;
+    write_origin(out, row.since, row.certainty, row.source.as_deref())?;
     writeln!(out, "index: {}, description: {:?} }},", row.index, row.description)
 }
 
@@ -184,14 +188,24 @@ fn write_port(out: &mut String, row: &data::Port) -> Result {
     write!(out, "min: {}, max: {}, default: {}, ", row.min, row.max, row.default)?;
     write!(out, "access: {}, ", access(&row.access))?;
     write!(out, "behaviour: {}, ", flat_effect(&row.behaviour, rooms::PORT))?;
+    write_origin(out, row.since, row.certainty, row.source.as_deref())?;
     writeln!(out, "index: {}, description: {:?} }},", row.index, row.description)
 }
 
 fn write_command(out: &mut String, row: &data::Command) -> Result {
     write!(out, "        Command {{ number: {}, mnemonic: {:?}, ", row.number, row.mnemonic)?;
-    write!(out, "mode: Mode::{:?}, since: {:?}, ", row.mode, row.since)?;
-    write!(out, "unavailable: {:?}, ", row.unavailable)?;
+    write!(out, "mode: Mode::{:?}, unavailable: {:?}, ", row.mode, row.unavailable)?;
+    write_origin(out, row.since, row.certainty, row.source.as_deref())?;
     writeln!(out, "description: {:?} }},", row.description)
+}
+
+fn write_origin(
+    out: &mut String,
+    since: Option<(u8, u8)>,
+    certainty: data::Certainty,
+    source: Option<&str>,
+) -> Result {
+    write!(out, "since: {since:?}, certainty: Certainty::{certainty:?}, source: {source:?}, ")
 }
 
 fn write_names(out: &mut String, id: &str, name: &str, unit: &str) -> Result {

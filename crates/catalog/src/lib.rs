@@ -6,7 +6,7 @@
 //!
 //! **A parameter that exists in the data and not in the code, or in the code and not in the data,
 //! does not compile.** Every row names its effect as `room.effect`. For each room the build
-//! generates an enum of all effects that any module names ([`Tmc5160`], [`Axis`], [`Globals`], …),
+//! generates an enum of all effects that any module names ([`Tmc5160`], [`Tmc429`], [`Axis`], [`Globals`], …),
 //! and the file of the firmware that is that room matches on it exhaustively.
 //!
 //! Nothing outside this crate knows a module by name.
@@ -37,6 +37,8 @@ pub struct Module {
     pub version: [u8; 8],
     /// Number of axes.
     pub axes: u8,
+    /// Chips that drive the axes.
+    pub motion: Motion,
     /// Amplitude of the phase currents that a motor driver gives at most, in mA.
     pub peak_current_ma: u16,
     /// Electrical and mechanical ratings.
@@ -56,6 +58,17 @@ pub struct Module {
     pub commands: &'static [Command],
 }
 
+/// Which chips drive the axes of a module; it decides in which rooms the effects of its axis
+/// parameters are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// One TMC5160 per axis, ramp generator and driver in one: the room `tmc5160`.
+    Tmc5160,
+    /// One TMC429 for each three axes makes the ramps, and a TMC26x (TMC260, TMC262) per axis drives
+    /// the motor: the rooms `tmc429` and `tmc26x`.
+    Tmc429,
+}
+
 /// One rated value of a module, for people.
 #[derive(Debug)]
 pub struct Rating {
@@ -72,7 +85,8 @@ pub struct Access {
     pub read: bool,
     /// W: can be written (SAP, SGP, SIO and the accumulator forms).
     pub write: bool,
-    /// E: can be stored in and restored from the EEPROM (STGP, RSGP).
+    /// E: can be stored in and restored from the EEPROM on request (STAP, RSAP, STGP, RSGP); what is
+    /// stored comes back at power-up.
     pub store: bool,
     /// A: is stored in the EEPROM by each write.
     pub automatic: bool,
@@ -89,20 +103,36 @@ pub enum Unit {
     Pps,
     /// Microsteps per second squared; with unit mode 0 the ramp generator's own unit.
     Pps2,
-    /// Any other unit, as printed.
+    /// Any other unit, as printed; `v` and `a` are a TMC429's own units of speed and acceleration.
     Other(&'static str),
 }
 
 /// Where a default value comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// The module's manual names it.
+    /// The module's manual names it; where a row is not exact, the one that its source names.
     Manual,
     /// The manual is silent; the vendor's open firmware for the same chip sets the register so, or
     /// leaves it as the chip's reset does.
     OpenFirmware,
     /// Neither says it; chosen here, and the description says why.
     Chosen,
+}
+
+/// How sure it is that the module has a row and that the row says what it does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Certainty {
+    /// The manual of this module and firmware says it.
+    Exact,
+    /// Documents or software of the vendor for a module with the same chips and language, or for
+    /// another firmware of this module, say it.
+    Sister,
+    /// Others have seen it on real modules, or their programs rely on it.
+    Observed,
+    /// It follows from what is known of other rows.
+    Inferred,
+    /// Known of the family of modules, without a document at hand.
+    Recalled,
 }
 
 /// One axis parameter.
@@ -123,7 +153,7 @@ pub struct AxisParameter {
     /// Largest value with unit mode 0, for speeds and accelerations; otherwise `max`. Where `min` is
     /// negative, the smallest value with unit mode 0 is minus this.
     pub internal_max: i32,
-    /// Value after power-up, in the unit. A speed or acceleration is the value that its register
+    /// Value after power-up, in the unit, until another one is stored. A speed or acceleration is the value that its register
     /// reads back as, so converting it gives exactly the register's default.
     pub default: i32,
     /// Where the default comes from.
@@ -134,6 +164,12 @@ pub struct AxisParameter {
     pub axes: u8,
     /// What happens.
     pub behaviour: AxisBehaviour,
+    /// Firmware version from which the row exists, major and minor; see [`Module::has`].
+    pub since: Option<(u8, u8)>,
+    /// How sure the row is.
+    pub certainty: Certainty,
+    /// Where the row comes from, if not from the manual of the module.
+    pub source: Option<&'static str>,
     /// Meaning, for people.
     pub description: &'static str,
     /// Meaning of each value of a choice or bit field.
@@ -167,6 +203,12 @@ pub struct GlobalParameter {
     pub access: Access,
     /// What happens.
     pub behaviour: GlobalBehaviour,
+    /// Firmware version from which the row exists, major and minor; see [`Module::has`].
+    pub since: Option<(u8, u8)>,
+    /// How sure the row is.
+    pub certainty: Certainty,
+    /// Where the row comes from, if not from the manual of the module.
+    pub source: Option<&'static str>,
     /// Meaning, for people.
     pub description: &'static str,
     /// Meaning of each value of a choice or bit field.
@@ -186,6 +228,12 @@ pub struct Interrupt {
     pub behaviour: InterruptBehaviour,
     /// Which timer, axis or input.
     pub index: u8,
+    /// Firmware version from which the row exists, major and minor; see [`Module::has`].
+    pub since: Option<(u8, u8)>,
+    /// How sure the row is.
+    pub certainty: Certainty,
+    /// Where the row comes from, if not from the manual of the module.
+    pub source: Option<&'static str>,
     /// Meaning, for people.
     pub description: &'static str,
 }
@@ -215,6 +263,12 @@ pub struct Port {
     pub behaviour: PortBehaviour,
     /// Which input, output or setting of that kind.
     pub index: u8,
+    /// Firmware version from which the row exists, major and minor; see [`Module::has`].
+    pub since: Option<(u8, u8)>,
+    /// How sure the row is.
+    pub certainty: Certainty,
+    /// Where the row comes from, if not from the manual of the module.
+    pub source: Option<&'static str>,
     /// Meaning, for people.
     pub description: &'static str,
 }
@@ -239,10 +293,14 @@ pub struct Command {
     pub mnemonic: &'static str,
     /// Where it may be used.
     pub mode: Mode,
-    /// Firmware version from which it exists, major and minor.
-    pub since: Option<(u8, u8)>,
     /// Why it is refused with status 6 (not available) although the module knows it.
     pub unavailable: Option<&'static str>,
+    /// Firmware version from which the row exists, major and minor; see [`Module::has`].
+    pub since: Option<(u8, u8)>,
+    /// How sure the row is.
+    pub certainty: Certainty,
+    /// Where the row comes from, if not from the manual of the module.
+    pub source: Option<&'static str>,
     /// Meaning, for people.
     pub description: &'static str,
 }
@@ -260,6 +318,13 @@ pub const fn is_in(mask: u8, axis: u8) -> bool {
 }
 
 impl Module {
+    /// Whether the module's firmware is new enough for a row with this [`since`](Command::since).
+    /// If it is not, the module must answer as if there were no such row; the functions that look up
+    /// a row find it in either case, so that tools can say what later firmware has.
+    pub fn has(&self, since: Option<(u8, u8)>) -> bool {
+        since.is_none_or(|since| since <= self.firmware)
+    }
+
     /// The axis parameter with this number.
     pub fn axis_parameter(&self, number: u8) -> Option<&'static AxisParameter> {
         let at = self.axis_parameter_index.get(usize::from(number))?;

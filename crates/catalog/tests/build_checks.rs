@@ -7,6 +7,8 @@ mod checks;
 mod data;
 #[path = "../build/generate.rs"]
 mod generate;
+#[path = "build_checks/origin.rs"]
+mod origin;
 
 use data::Source;
 
@@ -21,6 +23,7 @@ number = 1
 firmware = [1, 2]
 version = "0001V102"
 axes = 2
+motion = "tmc5160"
 peak_current_ma = 1500
 
 [[rating]]
@@ -419,9 +422,14 @@ fn access_letters_are_legal_and_in_order() {
     };
     let axis = "[[axis_parameter]] 2 (mode)";
     let old = "access = \"R\"\nstored";
-    for wrong in ["", "X", "WR", "RR", "RWE", "rw"] {
-        expect(old, &format!("access = \"{wrong}\"\nstored"), &told(wrong, "R, W", axis));
+    for wrong in ["", "X", "WR", "RR", "RWA", "rw"] {
+        expect(old, &format!("access = \"{wrong}\"\nstored"), &told(wrong, "R, W, E", axis));
     }
+    expect(
+        old,
+        "access = \"RE\"\nstored",
+        &format!("{axis}: access \"RE\" has E (stored on request) but no W; it must be writable"),
+    );
     let global = "[[global_parameter]] 0/66 (address)";
     for wrong in ["RAW", "RWAE", "RWP"] {
         let new = format!("access = \"{wrong}\"");
@@ -566,7 +574,11 @@ fn the_generated_code_has_the_rows_in_order_and_one_variant_for_each_effect() {
         "values: &[(-1, \"slow\"), (1, \"quick\")]",
         "behaviour: PortBehaviour::PullUps",
         "unit: Unit::Other(\"°C\")",
-        "mode: Mode::Both, since: Some((1, 1)), unavailable: None",
+        "mode: Mode::Both, unavailable: None, since: Some((1, 1))",
+        "motion: Motion::Tmc5160,",
+        "pub enum AxisBehaviour {",
+        "Tmc429(Tmc429),\n",
+        "Tmc26x(Tmc26x),\n",
         "unavailable: Some(\"it never runs\")",
         "pub static MODULES: &[&Module] = &[&TMCM_1];",
     ] {

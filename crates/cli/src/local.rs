@@ -26,7 +26,9 @@ impl LocalModule {
 impl Connection for LocalModule {
     fn send(&mut self, bytes: &[u8]) -> Result<(), ConnectionError> {
         for &byte in bytes {
-            if let Some(request) = self.decoder.push(byte, self.module.now()) {
+            if self.module.is_in_ascii_mode(PORT) {
+                self.module.receive_key(PORT, byte);
+            } else if let Some(request) = self.decoder.push(byte, self.module.now()) {
                 self.module.receive(PORT, request);
             }
         }
@@ -37,7 +39,9 @@ impl Connection for LocalModule {
         let micros = u64::try_from(timeout.as_micros()).unwrap_or(u64::MAX);
         let end = self.module.now() + opentmcl_wire::Duration::from_micros(micros);
         loop {
-            if let Some((_, frame)) = self.module.transmit() {
+            if let Some((_, content)) = self.module.transmit() {
+                // Who speaks in frames has no use for text.
+                let Some(frame) = content.frame() else { continue };
                 return Ok(Some(frame));
             }
             match self.module.next_event() {

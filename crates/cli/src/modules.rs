@@ -85,8 +85,8 @@ fn describe(out: &mut impl Write, module: &Module) -> std::io::Result<()> {
             row.number.to_string(),
             row.mnemonic.to_owned(),
             row.used_by.join(", "),
-            row.since.clone().unwrap_or_default(),
-            row.description.to_owned(),
+            row.origin.since.clone().unwrap_or_default(),
+            explained(row.description, &[], [row.origin.told()]),
         ]
     }));
     section(out, "Commands", &commands)?;
@@ -98,7 +98,11 @@ fn describe(out: &mut impl Write, module: &Module) -> std::io::Result<()> {
             named(row.name, row.id),
             range(row.min, row.max, row.unit, row.default),
             row.access.clone(),
-            explained(row.description, &row.values, &axes_note(&row.axes, *axes)),
+            explained(
+                row.description,
+                &row.values,
+                [axes_note(&row.axes, *axes), row.origin.since(), row.origin.told()],
+            ),
         ]
     }));
     section(out, "Axis parameters", &parameters)?;
@@ -115,7 +119,7 @@ fn describe(out: &mut impl Write, module: &Module) -> std::io::Result<()> {
             named(row.name, row.id),
             range(row.min, row.max, row.unit, row.default),
             row.access.clone(),
-            explained(row.description, &row.values, ""),
+            explained(row.description, &row.values, [row.origin.since(), row.origin.told()]),
         ]
     }));
     section(out, "Global parameters", &parameters)?;
@@ -128,18 +132,16 @@ fn describe(out: &mut impl Write, module: &Module) -> std::io::Result<()> {
             named(row.name, row.id),
             range(row.min, row.max, row.unit, row.default),
             row.access.clone(),
-            row.description.to_owned(),
+            explained(row.description, &[], [row.origin.since(), row.origin.told()]),
         ]
     }));
     section(out, "Inputs and outputs", &ports)?;
 
     let mut interrupts = table(["No", "Interrupt", "Description"]);
-    interrupts.add_rows(
-        module
-            .interrupts
-            .iter()
-            .map(|row| [row.number.to_string(), named(row.name, row.id), row.description.into()]),
-    );
+    interrupts.add_rows(module.interrupts.iter().map(|row| {
+        let description = explained(row.description, &[], [row.origin.since(), row.origin.told()]);
+        [row.number.to_string(), named(row.name, row.id), description]
+    }));
     section(out, "Interrupts", &interrupts)
 }
 
@@ -181,17 +183,19 @@ fn range(
     format!("{numbers}{unit}\ndefault {default}")
 }
 
-fn axes_note(axes: &[u8], count: u8) -> String {
-    if axes.len() == usize::from(count) {
-        return String::new();
-    }
+fn axes_note(axes: &[u8], count: u8) -> Option<String> {
+    let axes = (axes.len() != usize::from(count)).then_some(axes)?;
     let axes: Vec<_> = axes.iter().map(u8::to_string).collect();
-    format!("Axes {} only.", axes.join(", "))
+    Some(format!("Axes {} only.", axes.join(", ")))
 }
 
-fn explained(description: &str, values: &[data::Value], note: &str) -> String {
+fn explained<const NOTES: usize>(
+    description: &str,
+    values: &[data::Value],
+    notes: [Option<String>; NOTES],
+) -> String {
     let mut lines = vec![description.to_owned()];
     lines.extend(values.iter().map(|row| format!("{} = {}", row.value, row.meaning)));
-    lines.extend((!note.is_empty()).then(|| note.to_owned()));
+    lines.extend(notes.into_iter().flatten());
     lines.join("\n")
 }

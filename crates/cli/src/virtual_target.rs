@@ -91,14 +91,21 @@ impl Target for VirtualTarget<'_> {
             Some(Line::Rs232) => firmware::Line::Rs232,
         };
         self.look()?;
-        self.module.receive(firmware::Port::new(line), serial::decode_request(frame));
+        let port = firmware::Port::new(line);
+        if self.module.is_in_ascii_mode(port) {
+            frame.into_iter().for_each(|byte| self.module.receive_key(port, byte));
+        } else {
+            self.module.receive(port, serial::decode_request(frame));
+        }
         self.look()
     }
 
     fn receive(&mut self, timeout: Duration) -> Result<Option<[u8; FRAME_LEN]>, TargetError> {
         let end = self.module.now() + timeout;
         loop {
-            if let Some((_, frame)) = self.module.transmit() {
+            if let Some((_, content)) = self.module.transmit() {
+                // Transcripts know frames only.
+                let Some(frame) = content.frame() else { continue };
                 return Ok(Some(frame));
             }
             match self.module.next_event() {

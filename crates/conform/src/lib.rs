@@ -78,7 +78,7 @@ pub mod target;
 pub mod transcript;
 
 pub use coverage::{Coverage, Table};
-pub use parse::{Mistake, parse};
+pub use parse::{Mistake, parse, parse_each};
 pub use programs::{Assembled, NoPrograms, Programs, ScenarioFile};
 pub use run::{Failure, Outcome, Skipped, run, run_case};
 pub use target::{Moment, ProgramMoment, Target, TargetError};

@@ -32,7 +32,7 @@ pub struct Mistake {
     pub message: String,
 }
 
-/// Reads a transcript and the programs that it names.
+/// Reads a transcript, for the first module that it names, and the programs that it names.
 ///
 /// # Errors
 /// Every line that means nothing, in the order of the file.
@@ -41,15 +41,49 @@ pub fn parse(
     text: &str,
     programs: &mut dyn Programs,
 ) -> Result<Transcript, Vec<Mistake>> {
+    parse_for(name, text, programs, 0)
+}
+
+/// Reads a transcript that may be about several modules, `module tmcm-6110 tmcm-6214`: once for each.
+///
+/// # Errors
+/// Every line that means nothing for one of the modules, in the order of the file.
+pub fn parse_each(
+    name: &str,
+    text: &str,
+    programs: &mut dyn Programs,
+) -> Result<Vec<Transcript>, Vec<Mistake>> {
+    let first = lines_of(text).next().map_or("", |(_, line)| line);
+    let modules = first.split_whitespace().skip(1).count().max(1);
+    (0..modules)
+        .map(|which| {
+            let mut transcript = parse_for(name, text, programs, which)?;
+            if modules > 1 {
+                transcript.name = format!("{name} ({})", transcript.module.name);
+            }
+            Ok(transcript)
+        })
+        .collect()
+}
+
+/// The lines that are not empty, without comments, each with its number.
+fn lines_of(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let lines = text.lines().enumerate();
+    let lines = lines.map(|(at, line)| (at + 1, without_comment(line).trim()));
+    lines.filter(|(_, line)| !line.is_empty())
+}
+
+/// Reads a transcript for one of the modules that it names.
+fn parse_for(
+    name: &str,
+    text: &str,
+    programs: &mut dyn Programs,
+    which: usize,
+) -> Result<Transcript, Vec<Mistake>> {
     let mut parser = Parser::new(name, programs);
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(at, line)| (at + 1, without_comment(line).trim()))
-        .filter(|(_, line)| !line.is_empty())
-        .peekable();
+    let mut lines = lines_of(text).peekable();
     if let Some((number, line)) = lines.next() {
-        parser.module_line(number, line);
+        parser.module_line(number, line, which);
     } else {
         parser.mistake(1, "the file is empty; begin with: module tmcm-6214");
     }
@@ -152,14 +186,14 @@ impl<'a> Parser<'a> {
         Ok(Transcript { name: self.name.to_owned(), module, setup, cases })
     }
 
-    fn module_line(&mut self, number: usize, line: &str) {
+    fn module_line(&mut self, number: usize, line: &str, which: usize) {
         let Some(name) = line.strip_prefix("module ") else {
             return self.mistake(number, "the first line must name the module: module tmcm-6214");
         };
-        self.module = opentmcl_catalog::find(name.trim());
+        let name = name.split_whitespace().nth(which).unwrap_or_default();
+        self.module = opentmcl_catalog::find(name);
         if self.module.is_none() {
             let known: Vec<_> = MODULES.iter().map(|module| module.name).collect();
-            let name = name.trim();
             self.mistake(number, format!("unknown module {name:?}; known: {}", known.join(", ")));
         }
     }
@@ -411,6 +445,21 @@ mod tests {
         for (found, begin) in found.iter().zip(begin) {
             assert!(found.starts_with(begin), "{found} should begin with {begin}");
         }
+    }
+
+    #[test]
+    fn a_file_about_several_modules_is_read_for_each_of_them() {
+        let text = "# Both.\nmodule tmcm-6110 tmcm-6214\n> GAP 1, 0\n< 100 0\n";
+        let each = parse_each("test.txt", text, &mut NoPrograms).unwrap();
+        let names: Vec<_> = each.iter().map(|one| (one.name.as_str(), one.module.name)).collect();
+        let expected =
+            [("test.txt (tmcm-6110)", "tmcm-6110"), ("test.txt (tmcm-6214)", "tmcm-6214")];
+        assert_eq!(names, expected);
+        // What only one of them has is a mistake.
+        let text = "module tmcm-6214 tmcm-6110\nanalog 4 1\ntorque\n";
+        assert!(parse_each("test.txt", text, &mut NoPrograms).is_err());
+        let unknown = parse_each("test.txt", "module tmcm-6214 tmcm-1\n", &mut NoPrograms);
+        assert!(unknown.unwrap_err()[0].message.contains("unknown module \"tmcm-1\""));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use core::ops::{Index, IndexMut};
 
 use crate::search::Search;
+use crate::tend::Currents;
 
 /// Number of an axis that the module has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,6 +84,8 @@ pub(crate) struct AxisState {
     pub(crate) last_reference_position: i32,
     /// Speed above which a stall stops the axis, in the chip's unit; 0 never.
     pub(crate) stall_speed: u32,
+    /// What a driver is given that does not choose its current itself.
+    pub(crate) currents: Currents,
     /// Why the firmware has stopped the axis (parameter 207).
     pub(crate) errors: u8,
     /// What a deviation of the encoder brings about besides stopping (parameter 240).

@@ -1,7 +1,7 @@
-//! Direct mode: a request from the host becomes an answer.
+//! Direct mode: a request from the host becomes an answer, in the form in which it came.
 
 use opentmcl_catalog::Globals;
-use opentmcl_wire::{Command, Duration, Instant, Opcode, Reply, Status, serial};
+use opentmcl_wire::{Command, Duration, Instant, Opcode, Outgoing, Reply, Status, ascii, serial};
 
 use crate::board::Board;
 use crate::commands::{Caller, Outcome};
@@ -67,7 +67,7 @@ impl<B: Board> Module<B> {
             Err(_) => {
                 let reply = Reply { status: Status::WRONG_CHECKSUM, number: 0, value: 0 };
                 if !self.is_suppressed(reply.number) {
-                    self.send(port, reply);
+                    self.send_answer(port, Answer::Reply(reply));
                 }
             }
         }
@@ -80,13 +80,13 @@ impl<B: Board> Module<B> {
     }
 
     /// Global parameter 255 silences all but the commands that ask for a value.
-    fn is_suppressed(&self, command: u8) -> bool {
+    pub(crate) fn is_suppressed(&self, command: u8) -> bool {
         let asks =
             matches!(Opcode::from_number(command), Some(Opcode::Gap | Opcode::Ggp | Opcode::Gio));
         self.globals[Globals::SuppressReply] != 0 && !asks
     }
 
-    fn answer_command(&mut self, command: Command, port: Option<Port>) -> Answer {
+    pub(crate) fn answer_command(&mut self, command: Command, port: Option<Port>) -> Answer {
         self.restart_heartbeat();
         let result = if !self.is_known(command.number) && !self.download.active {
             Err(Status::INVALID_COMMAND)
@@ -108,25 +108,43 @@ impl<B: Board> Module<B> {
     }
 
     pub(crate) fn is_known(&self, number: u8) -> bool {
-        let word = self.known_commands.get(usize::from(number / 64)).copied().unwrap_or_default();
-        word >> (number % 64) & 1 != 0
+        self.known_commands.contain(number)
     }
 
-    /// Sends a reply by a line.
+    /// Sends what nobody has asked for just now, in the form that the port has at present.
     pub(crate) fn send(&mut self, port: Port, reply: Reply) {
-        self.send_answer(port, Answer::Reply(reply));
+        if self.is_in_ascii_mode(port) {
+            self.send_text(port, reply);
+        } else {
+            self.send_answer(port, Answer::Reply(reply));
+        }
     }
 
     pub(crate) fn send_answer(&mut self, port: Port, answer: Answer) {
+        let (host, module) = self.serial_addresses();
+        if let Some(frame) = answer.frame(host, module) {
+            self.outbox.push(self.after_pause(port), port, Outgoing::Frame(frame));
+        }
+    }
+
+    pub(crate) fn send_text(&mut self, port: Port, reply: Reply) {
+        let (host, module) = self.serial_addresses();
+        let text = ascii::encode_reply(host, module, reply);
+        self.outbox.push(self.after_pause(port), port, Outgoing::Text(text));
+    }
+
+    /// The host's and the module's.
+    fn serial_addresses(&self) -> (u8, u8) {
         let host = self.globals[Globals::SerialHostAddress] as u8;
-        let module = self.globals[Globals::SerialAddress] as u8;
+        (host, self.globals[Globals::SerialAddress] as u8)
+    }
+
+    /// When a reply leaves.
+    fn after_pause(&self, port: Port) -> Instant {
         let pause = match port.line {
             Line::Rs485 => self.globals[Globals::TelegramPauseTime].unsigned_abs(),
             Line::Usb | Line::Rs232 => 0,
         };
-        if let Some(frame) = answer.frame(host, module) {
-            let due = self.now + Duration::from_millis(u64::from(pause));
-            self.outbox.push(due, port, frame);
-        }
+        self.now + Duration::from_millis(u64::from(pause))
     }
 }

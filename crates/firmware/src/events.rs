@@ -8,7 +8,6 @@ use crate::board::Board;
 use crate::cpu::Wait;
 use crate::line::Port;
 use crate::module::Module;
-use crate::tmc5160::registers::{RAMP_STAT_STOP_LEFT, RAMP_STAT_STOP_RIGHT};
 
 /// Moves under way, and who wants to know that they have arrived. Masks of axes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -106,7 +105,7 @@ impl<B: Board> Module<B> {
 
     /// Whether changes of the hardware have consequences at present.
     pub(crate) fn is_watching(&self) -> bool {
-        if self.arrivals.awaited | self.searching | self.guards.axes() != 0 {
+        if self.arrivals.awaited | self.searching | self.guards.axes() | self.tended_axes() != 0 {
             return true;
         }
         self.cpu.is_active() && (self.waits_for_hardware() || self.watches_interrupts())
@@ -135,6 +134,7 @@ impl<B: Board> Module<B> {
             self.observe_searches(axes);
             self.plan_looks(axes);
         }
+        self.tend(axes);
         if self.watches_interrupts() {
             self.observe_levels();
         }
@@ -144,7 +144,7 @@ impl<B: Board> Module<B> {
         let mut reported = 0;
         let looked_at = self.arrivals.moving & axes;
         for axis in AxisNumber::all(self.model.axes) {
-            if looked_at & axis.bit() != 0 && self.chip(axis).0.position_reached() {
+            if looked_at & axis.bit() != 0 && self.drive(axis).0.position_reached() {
                 self.arrivals.moving &= !axis.bit();
                 reported |= self.arrivals.awaited & axis.bit();
                 self.raise(InterruptBehaviour::PositionReached, axis.get());
@@ -182,11 +182,11 @@ impl<B: Board> Module<B> {
     pub(crate) fn read_levels(&mut self) -> Levels {
         let mut levels = Levels { inputs: self.board.digital_inputs(), ..Levels::default() };
         for axis in AxisNumber::all(self.model.axes) {
-            let (mut chip, _) = self.chip(axis);
-            if chip.read_field(RAMP_STAT_STOP_LEFT) != 0 {
+            let (left, right) = self.drive(axis).0.limit_switches();
+            if left {
                 levels.stop_left |= axis.bit();
             }
-            if chip.read_field(RAMP_STAT_STOP_RIGHT) != 0 {
+            if right {
                 levels.stop_right |= axis.bit();
             }
         }
@@ -218,11 +218,11 @@ impl<B: Board> Module<B> {
         const SEARCH: u8 = 4;
         let Ok(axis) = self.axis(motor) else { return true };
         match kind {
-            POSITION => self.chip(axis).0.position_reached(),
+            POSITION => self.drive(axis).0.position_reached(),
             HOME_SWITCH => self.board.home_switch(axis.get()),
             LIMIT_SWITCH => {
-                let (mut chip, _) = self.chip(axis);
-                chip.read_field(RAMP_STAT_STOP_LEFT) | chip.read_field(RAMP_STAT_STOP_RIGHT) != 0
+                let (left, right) = self.drive(axis).0.limit_switches();
+                left || right
             }
             SEARCH => !self.axes[axis].search.is_active(),
             _ => true,

@@ -36,6 +36,11 @@ impl GlobalSettings {
         Self { values, numbers, tick_origin: now.as_ticks(), random: 1 }
     }
 
+    /// Whether the module has a parameter with this effect. Bank 0 has no number 0.
+    pub(crate) fn has(&self, effect: Globals) -> bool {
+        self.numbers[effect as usize % Self::EFFECTS] != 0
+    }
+
     pub(crate) fn number(&self, number: u8) -> i32 {
         self.values[usize::from(number)]
     }

@@ -19,7 +19,7 @@ use crate::tmc5160::registers::*;
 const GRID: u64 = 16_000;
 
 /// Bits of the extended error flags (parameter 207).
-const ERROR_STALL: u8 = 1;
+pub(crate) const ERROR_STALL: u8 = 1;
 const ERROR_DEVIATION: u8 = 2;
 
 /// Bits of the deviation action (parameter 240).
@@ -55,9 +55,12 @@ const fn with(mask: u8, axis: AxisNumber, on: bool) -> u8 {
 impl<B: Board> Module<B> {
     /// Sets the speed, in the chip's unit, above which a stall stops the axis; 0 is never.
     pub(crate) fn guard_stall(&mut self, axis: AxisNumber, speed: u32) {
+        self.axes[axis].stall_speed = speed;
+        if self.tended_axes() & axis.bit() != 0 {
+            return;
+        }
         self.guards.stall = with(self.guards.stall, axis, speed != 0);
-        let (mut chip, state) = self.chip(axis);
-        state.stall_speed = speed;
+        let (mut chip, _) = self.tmc5160(axis);
         if speed == 0 && chip.read_field(SG_STOP) != 0 {
             chip.write_field(SG_STOP, 0);
         }
@@ -79,13 +82,13 @@ impl<B: Board> Module<B> {
     /// Clears the chip's memory of a deviation; it sets it again at once while it lasts.
     pub(crate) fn forget_deviation(&mut self, axis: AxisNumber) {
         if self.guards.deviation & axis.bit() != 0 {
-            self.chip(axis).0.write(ENC_STATUS, ENC_STATUS_DEVIATION);
+            self.tmc5160(axis).0.write(ENC_STATUS, ENC_STATUS_DEVIATION);
         }
     }
 
     /// The axis' speed has been changed by a command.
     pub(crate) fn touch_guarded(&mut self, axis: AxisNumber) {
-        if self.guards.axes() & axis.bit() != 0 {
+        if (self.guards.axes() | self.tended_axes()) & axis.bit() != 0 {
             self.touch(axis);
         }
     }
@@ -95,11 +98,12 @@ impl<B: Board> Module<B> {
         let axes = axes & self.guards.axes();
         for axis in AxisNumber::all(self.model.axes).filter(|axis| axes & axis.bit() != 0) {
             let has_stalled = self.guards.stall & axis.bit() != 0
-                && self.chip(axis).0.read_field(EVENT_STOP_SG) != 0;
+                && self.tmc5160(axis).0.read_field(EVENT_STOP_SG) != 0;
             if has_stalled {
                 self.stop_by_stall(axis);
             }
-            if self.guards.deviation & axis.bit() != 0 && self.chip(axis).0.deviates_in_motion() {
+            if self.guards.deviation & axis.bit() != 0 && self.tmc5160(axis).0.deviates_in_motion()
+            {
                 self.stop_by_deviation(axis);
             }
         }
@@ -122,7 +126,7 @@ impl<B: Board> Module<B> {
         self.guards.next_look = None;
         let axes = self.guards.stall;
         for axis in AxisNumber::all(self.model.axes).filter(|axis| axes & axis.bit() != 0) {
-            let (mut chip, state) = self.chip(axis);
+            let (mut chip, state) = self.tmc5160(axis);
             let wanted = u32::from(chip.velocity().unsigned_abs() > state.stall_speed);
             if chip.read_field(SG_STOP) != wanted {
                 chip.write_field(SG_STOP, wanted);
@@ -135,7 +139,7 @@ impl<B: Board> Module<B> {
 
     fn next_look(&mut self, axis: AxisNumber) -> Option<Instant> {
         let now = self.now;
-        let (mut chip, state) = self.chip(axis);
+        let (mut chip, state) = self.tmc5160(axis);
         let threshold = state.stall_speed;
         let is_fast = chip.velocity().unsigned_abs() > threshold;
         if (chip.read_field(SG_STOP) != 0) != is_fast {
@@ -152,7 +156,7 @@ impl<B: Board> Module<B> {
 
     fn stop_by_stall(&mut self, axis: AxisNumber) {
         self.stop_at_once(axis, ERROR_STALL);
-        let (mut chip, _) = self.chip(axis);
+        let (mut chip, _) = self.tmc5160(axis);
         // Only then: while the axis has a speed to reach, it would start again.
         chip.write_field(SG_STOP, 0);
         chip.write(RAMP_STAT, EVENT_STOP_SG.insert(0, 1));
@@ -173,16 +177,16 @@ impl<B: Board> Module<B> {
         for other in AxisNumber::all(self.model.axes) {
             let this = other == axis && action & ACTION_TORQUE_OFF != 0;
             if this || action & ACTION_ALL_TORQUE_OFF != 0 {
-                self.chip(other).0.write_field(TOFF, 0);
+                self.tmc5160(other).0.write_field(TOFF, 0);
             }
         }
     }
 
-    fn stop_at_once(&mut self, axis: AxisNumber, error: u8) {
+    pub(crate) fn stop_at_once(&mut self, axis: AxisNumber, error: u8) {
         self.give_up_target(axis);
         self.halt_search(axis);
-        let (mut chip, state) = self.chip(axis);
-        chip.stop_hard(state);
+        let (mut drive, state) = self.drive(axis);
+        drive.stop_hard(state);
         state.errors |= error;
     }
 }

@@ -21,8 +21,11 @@ use crate::watch::{Before, Done, Watcher};
 const WAIT_TICK_MS: u64 = 10;
 
 impl<B: Board> Module<B> {
-    /// Starts the program at its present address.
+    /// Starts the program at its present address; without motor supply a module that needs it does not.
     pub(crate) fn run_program(&mut self) {
+        if !self.has_motor_supply() {
+            return;
+        }
         if !self.cpu.is_active() {
             self.cpu.next_at = self.now;
             self.cpu.look_again(self.now);

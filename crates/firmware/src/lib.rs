@@ -9,13 +9,14 @@
 //! The rooms, from the line to the chip:
 //!
 //! - `line`: addresses, the pause before a reply, replies on their way.
-//! - `direct`: a request becomes an answer.
+//! - `direct`: a request becomes an answer; `terminal`: ASCII mode, in which requests are lines of text.
 //! - `commands`: what each family of commands does.
 //! - `cpu`, `program`, `interpreter`, `arithmetic`, `interrupts`: a program running on the module.
 //! - `watch`: what a program does, seen from outside.
 //! - `search`: the reference search; `guard`: stops by stall and by deviation of the encoder.
+//! - `drive`: what every set of chips can do; `tmc5160`, `tmc429`: their drivers, by registers only; `tend`:
+//!   what the firmware does for drivers that do not do it themselves; `units`: units of the TMC5160.
 //! - `globals`, `axis`: settings in memory; `storage`: settings in the EEPROM.
-//! - `tmc5160`: the driver of the motion chip, by registers only; `units`: its units.
 //!
 //! No parameter is described here: numbers, ranges, defaults and access rights come from
 //! `opentmcl-catalog`, whose effects the rooms match exhaustively.
@@ -36,7 +37,9 @@ pub mod board;
 mod commands;
 mod cpu;
 mod direct;
+mod drive;
 mod events;
+mod field;
 mod globals;
 mod guard;
 mod interpreter;
@@ -46,6 +49,9 @@ mod module;
 mod program;
 mod search;
 pub mod storage;
+mod tend;
+mod terminal;
+mod tmc429;
 mod tmc5160;
 mod units;
 mod watch;

@@ -2,22 +2,31 @@
 
 use core::ops::ControlFlow;
 
-use opentmcl_catalog::{self as catalog, AxisBehaviour, Globals, PortBehaviour};
+use opentmcl_catalog::{
+    self as catalog, AxisBehaviour, AxisParameter, GlobalBehaviour, Globals, Motion, PortBehaviour,
+};
 use opentmcl_wire::limits::{COORDINATES, VARIABLES};
-use opentmcl_wire::{Duration, Instant, Status, TICKS_PER_SECOND, serial};
+use opentmcl_wire::{Duration, Instant, Outgoing, Status, TICKS_PER_SECOND, serial};
 
 use crate::axis::{AxisNumber, AxisState, PerAxis};
-use crate::board::Board;
+use crate::board::{Analog, Board};
 use crate::cpu::Cpu;
+use crate::drive::Memory;
 use crate::events::{Arrivals, Heartbeat, Levels};
 use crate::globals::GlobalSettings;
 use crate::guard::Guards;
-use crate::interrupts::Interrupts;
+use crate::interrupts::{Interrupts, TIMERS};
 use crate::line::{Outbox, Port};
 use crate::program::{Download, Program};
 use crate::storage;
-use crate::tmc5160::{Chip, Tmc5160};
+use crate::terminal::Terminals;
+use crate::tmc429;
+use crate::tmc429::registers::{AXES_OF_A_TMC429, INVERT_DIRECTION, INVERT_SWITCHES};
+use crate::tmc5160::Chip;
 use crate::watch::{Nobody, Watcher};
+
+/// Supply of the motors in 0.1 V from which on they have one. No source tells the threshold.
+const LEAST_MOTOR_SUPPLY: i32 = 70;
 
 /// In [`Module::quiet_until`]: has to be found out.
 pub(crate) const UNKNOWN: Instant = Instant::from_ticks(0);
@@ -38,6 +47,27 @@ impl Default for Config {
     }
 }
 
+/// Some of the commands that a module knows: bit n of word n / 64 for command n.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Commands([u64; 4]);
+
+impl Commands {
+    fn of(model: &catalog::Module, wanted: impl Fn(catalog::Mode) -> bool) -> Self {
+        let mut words = [0; 4];
+        for command in model.commands.iter().filter(|command| wanted(command.mode)) {
+            if let Some(word) = words.get_mut(usize::from(command.number / 64)) {
+                *word |= 1u64 << (command.number % 64);
+            }
+        }
+        Self(words)
+    }
+
+    pub(crate) fn contain(&self, number: u8) -> bool {
+        let word = self.0.get(usize::from(number / 64)).copied().unwrap_or_default();
+        word >> (number % 64) & 1 != 0
+    }
+}
+
 /// A TMCL module on a board.
 pub struct Module<B> {
     pub(crate) model: &'static catalog::Module,
@@ -48,10 +78,11 @@ pub struct Module<B> {
     pub(crate) quiet_until: Instant,
     /// Time that one command of a program takes.
     pub(crate) command_time: Duration,
-    /// Bit n of word n / 64 is set if the module knows command n.
-    pub(crate) known_commands: [u64; 4],
+    pub(crate) known_commands: Commands,
+    /// Known ones that are for programs only.
+    pub(crate) standalone_commands: Commands,
     pub(crate) axes: PerAxis<AxisState>,
-    pub(crate) chips: PerAxis<Tmc5160>,
+    pub(crate) chips: PerAxis<Memory>,
     pub(crate) globals: GlobalSettings,
     pub(crate) variables: [i32; VARIABLES],
     pub(crate) coordinates: PerAxis<[i32; COORDINATES]>,
@@ -65,7 +96,10 @@ pub struct Module<B> {
     /// Axes with a reference search; a mask.
     pub(crate) searching: u8,
     pub(crate) guards: Guards,
+    /// When to look next at what the drivers do not do themselves.
+    pub(crate) next_tending: Option<Instant>,
     pub(crate) outbox: Outbox,
+    pub(crate) terminals: Terminals,
     pub(crate) digital_outputs: u8,
 }
 
@@ -80,21 +114,16 @@ impl<B: Board> Module<B> {
     ) -> Self {
         board.set_time(now);
         let rate = u64::from(config.program_rate).clamp(1, TICKS_PER_SECOND);
-        let mut known_commands = [0; 4];
-        for command in model.commands {
-            if let Some(word) = known_commands.get_mut(usize::from(command.number / 64)) {
-                *word |= 1u64 << (command.number % 64);
-            }
-        }
         let mut module = Self {
             model,
             board,
             now,
             quiet_until: UNKNOWN,
             command_time: Duration::from_ticks(TICKS_PER_SECOND / rate),
-            known_commands,
+            known_commands: Commands::of(model, |_| true),
+            standalone_commands: Commands::of(model, |mode| mode == catalog::Mode::Standalone),
             axes: PerAxis::new(AxisState::default),
-            chips: PerAxis::new(Tmc5160::default),
+            chips: PerAxis::new(Memory::default),
             globals: GlobalSettings::new(model, now),
             variables: [0; VARIABLES],
             coordinates: PerAxis::new(|| [0; COORDINATES]),
@@ -107,7 +136,9 @@ impl<B: Board> Module<B> {
             heartbeat: Heartbeat::default(),
             searching: 0,
             guards: Guards::default(),
+            next_tending: None,
             outbox: Outbox::new(),
+            terminals: Terminals::new(false),
             digital_outputs: 0,
         };
         module.start();
@@ -117,11 +148,19 @@ impl<B: Board> Module<B> {
     /// What power-up, a software reset and a factory reset have in common, with all state new.
     fn start(&mut self) {
         self.load_eeprom();
+        if self.has_lost_magic() {
+            // A failed reset leaves what there is: the next start tries again.
+            let _ = storage::factory_reset(self.board.flash());
+            self.forget_settings();
+        }
+        self.terminals = Terminals::new(self.starts_in_ascii_mode());
         self.set_up_ports();
         for axis in AxisNumber::all(self.model.axes) {
             self.set_up_axis(axis);
         }
+        self.set_up_groups();
         self.levels = self.read_levels();
+        self.tend(u8::MAX);
         self.restart_heartbeat();
         if self.globals[Globals::AutoStart] != 0 {
             self.run_program();
@@ -147,26 +186,43 @@ impl<B: Board> Module<B> {
         self.quiet_until = UNKNOWN;
         self.board.reset();
         self.axes = PerAxis::new(AxisState::default);
-        self.chips = PerAxis::new(Tmc5160::default);
-        self.globals = GlobalSettings::new(self.model, self.now);
-        self.variables = [0; VARIABLES];
-        self.coordinates = PerAxis::new(|| [0; COORDINATES]);
+        self.chips = PerAxis::new(Memory::default);
+        self.forget_settings();
         self.cpu = Cpu::new(self.now);
-        self.program.erase();
         self.download = Download::default();
-        self.interrupts = Interrupts::new();
         self.arrivals = Arrivals::default();
         self.searching = 0;
         self.guards = Guards::default();
+        self.next_tending = None;
         self.digital_outputs = 0;
         self.start();
     }
 
+    /// What the EEPROM keeps takes its factory settings in memory.
+    fn forget_settings(&mut self) {
+        self.globals = GlobalSettings::new(self.model, self.now);
+        self.variables = [0; VARIABLES];
+        self.coordinates = PerAxis::new(|| [0; COORDINATES]);
+        self.program.erase();
+        self.interrupts = Interrupts::new();
+    }
+
+    /// Whether the EEPROM magic has been overwritten: whoever does that wants the factory settings back.
+    fn has_lost_magic(&self) -> bool {
+        let rows = self.model.global_parameters.iter();
+        let effect = GlobalBehaviour::Globals(Globals::EepromMagic);
+        let mut magic = rows.filter(|row| row.behaviour == effect);
+        magic.any(|row| self.globals.number(row.number) != row.default)
+    }
+
     /// Writes the defaults of the catalogue to an axis that has just been switched on.
     fn set_up_axis(&mut self, axis: AxisNumber) {
-        let (mut chip, state) = self.chip(axis);
-        state.internal_units = false;
-        chip.initialize();
+        let is_in_pps = self.model.motion == Motion::Tmc5160;
+        let (mut drive, state) = self.drive(axis);
+        // A TMC429 has no other units than its own, and its moves count from where the axis stands.
+        state.internal_units = !is_in_pps;
+        state.relative_positioning_option = i32::from(!is_in_pps);
+        drive.initialize();
         for row in self.model.axis_parameters {
             // Where an axis stands and how it moves is no setting.
             let is_motion = matches!(
@@ -176,12 +232,64 @@ impl<B: Board> Module<B> {
                         | catalog::Tmc5160::ActualPosition
                         | catalog::Tmc5160::TargetSpeed
                         | catalog::Tmc5160::EncoderPosition
+                ) | AxisBehaviour::Tmc429(
+                    catalog::Tmc429::TargetPosition
+                        | catalog::Tmc429::ActualPosition
+                        | catalog::Tmc429::TargetSpeed
+                        | catalog::Tmc429::RampMode
                 )
             );
             if row.access.write && row.axes & axis.bit() != 0 && !is_motion {
                 // The catalogue's defaults are within its ranges, so nothing is refused.
                 let _: Result<(), Status> = self.write_axis_parameter(axis, row, row.default);
             }
+        }
+        self.restore_axis(axis);
+    }
+
+    /// Gives an axis the values that are stored for it.
+    fn restore_axis(&mut self, axis: AxisNumber) {
+        let storable = |row: &&AxisParameter| row.access.store && row.axes & axis.bit() != 0;
+        for row in self.model.axis_parameters.iter().filter(storable) {
+            let key = storage::Key::AxisParameter(row.number, axis.get());
+            if let Ok(Some(value)) = storage::fetch(self.board.flash(), key) {
+                // Only values that were in use are stored.
+                let _: Result<(), Status> = self.write_axis_parameter(axis, row, value);
+            }
+        }
+        if self.model.motion == Motion::Tmc429 {
+            // The acceleration has been written before the divisors.
+            let (now, has_supply) = (self.now, self.has_motor_supply());
+            let (mut chip, state) = self.tmc429(axis);
+            if !has_supply {
+                chip.leave_half_restored();
+            }
+            chip.compute_braking_factor();
+            state.stands_from(now);
+        }
+    }
+
+    /// Whether the motors have their supply. A board with TMC429 also runs from the USB line alone, and then
+    /// does not do everything.
+    pub(crate) fn has_motor_supply(&mut self) -> bool {
+        self.model.motion != Motion::Tmc429
+            || self.board.analog(Analog::SupplyVoltage) >= LEAST_MOTOR_SUPPLY
+    }
+
+    /// Tells each TMC429 the polarity of its switches and the direction of its motors.
+    pub(crate) fn set_up_groups(&mut self) {
+        if self.model.motion != Motion::Tmc429 {
+            return;
+        }
+        let inverted = self.globals[Globals::EndSwitchPolarity];
+        let reversed = self.globals[Globals::ReverseShaft];
+        for axis in
+            AxisNumber::all(self.model.axes).filter(|axis| axis.get() % AXES_OF_A_TMC429 == 0)
+        {
+            let bit = axis.get() / AXES_OF_A_TMC429;
+            let (mut chip, _) = self.tmc429(axis);
+            chip.write_field(INVERT_SWITCHES, (inverted >> bit) as u32 & 1);
+            chip.write_field(INVERT_DIRECTION, (reversed >> bit) as u32 & 1);
         }
     }
 
@@ -222,6 +330,7 @@ impl<B: Board> Module<B> {
                 self.observe_axes(axes);
             }
             self.look_at_speeds();
+            self.tend_if_due();
             self.check_heartbeat();
             if self.cpu.is_active() {
                 self.interrupts.run_timers(self.now);
@@ -253,7 +362,8 @@ impl<B: Board> Module<B> {
         self.cpu.look_again(self.now);
     }
 
-    /// A frame has arrived from the host.
+    /// A frame has arrived from the host. A port [in ASCII mode](Module::is_in_ascii_mode) does not
+    /// understand frames.
     pub fn receive(
         &mut self,
         port: Port,
@@ -261,11 +371,13 @@ impl<B: Board> Module<B> {
         now: Instant,
     ) {
         self.poll(now);
-        self.answer(port, request);
+        if !self.is_in_ascii_mode(port) {
+            self.answer(port, request);
+        }
     }
 
-    /// The next frame that is due for the host; call until there is none.
-    pub fn transmit(&mut self, now: Instant) -> Option<(Port, [u8; serial::FRAME_LEN])> {
+    /// What is next due for the host; call until there is nothing.
+    pub fn transmit(&mut self, now: Instant) -> Option<(Port, Outgoing)> {
         self.outbox.pop(now)
     }
 
@@ -298,12 +410,18 @@ impl<B: Board> Module<B> {
 
     /// When the firmware next does something of its own accord.
     fn next_own_step(&self) -> Option<Instant> {
-        let mut next = earliest(self.heartbeat.deadline, self.guards.next_look);
+        let mut next = self.next_chore();
         if self.cpu.is_active() {
             next = earliest(next, self.next_command());
             next = earliest(next, self.interrupts.next_timer());
         }
         next
+    }
+
+    /// When the firmware next does something whatever runs on it.
+    fn next_chore(&self) -> Option<Instant> {
+        let looks = earliest(self.guards.next_look, self.next_tending);
+        earliest(self.heartbeat.deadline, looks)
     }
 
     /// When the hardware next changes something that has consequences.
@@ -313,19 +431,25 @@ impl<B: Board> Module<B> {
 
     /// Until when a program may run on undisturbed by anything but itself.
     pub(crate) fn next_disturbance(&mut self) -> Option<Instant> {
-        let own = earliest(self.heartbeat.deadline, self.guards.next_look);
-        let own = earliest(own, self.interrupts.next_timer());
+        let own = earliest(self.next_chore(), self.interrupts.next_timer());
         earliest(own, self.next_hardware_event())
     }
 
-    pub(crate) fn chip(&mut self, axis: AxisNumber) -> (Chip<'_, B>, &mut AxisState) {
+    /// The TMC5160 of an axis, for what only that can do.
+    pub(crate) fn tmc5160(&mut self, axis: AxisNumber) -> (Chip<'_, B>, &mut AxisState) {
         let chip = Chip { axis, state: &mut self.chips[axis], board: &mut self.board };
         (chip, &mut self.axes[axis])
     }
 
+    /// The TMC429 of an axis and its driver, for what only they can do.
+    pub(crate) fn tmc429(&mut self, axis: AxisNumber) -> (tmc429::Chip<'_, B>, &mut AxisState) {
+        let chip = tmc429::Chip { axis, state: &mut self.chips[axis], board: &mut self.board };
+        (chip, &mut self.axes[axis])
+    }
+
     fn load_eeprom(&mut self) {
-        let Self { board, globals, variables, coordinates, program, model, .. } = self;
-        let axes = model.axes;
+        let Self { board, globals, variables, coordinates, program, model, interrupts, .. } = self;
+        let (axes, now) = (model.axes, self.now);
         storage::load(board.flash(), |key, item| match (key, item) {
             (storage::Key::Global(number), storage::Item::Number(value)) => {
                 let row = model.global_parameter(0, number);
@@ -345,6 +469,13 @@ impl<B: Board> Module<B> {
             }
             (storage::Key::Chunk(chunk), storage::Item::Commands(bytes)) => {
                 program.load_chunk(chunk, bytes);
+            }
+            (storage::Key::Interrupt(number), storage::Item::Number(value)) => {
+                if usize::from(number) < TIMERS {
+                    interrupts.set_timer_period(number, value as u32, now);
+                } else {
+                    interrupts.set_transitions(number, value as u8);
+                }
             }
             _ => {}
         });

@@ -47,6 +47,10 @@ pub(crate) enum Key {
     Coordinate(u8, u8),
     /// Chunk of the program.
     Chunk(u8),
+    /// Axis parameter with this number, and axis.
+    AxisParameter(u8, u8),
+    /// Setting of interrupts with this number in bank 3.
+    Interrupt(u8),
 }
 
 impl Key {
@@ -55,6 +59,8 @@ impl Key {
             Self::Global(number) => number as u16,
             Self::Variable(number) => 0x100 + number as u16,
             Self::Coordinate(coordinate, axis) => 0x200 + coordinate as u16 * 8 + axis as u16 % 8,
+            Self::Interrupt(number) => 0x300 + number as u16,
+            Self::AxisParameter(parameter, axis) => 0x800 + parameter as u16 * 8 + axis as u16 % 8,
             Self::Chunk(chunk) => 0x1000 + chunk as u16,
         }
     }
@@ -65,6 +71,8 @@ impl Key {
             0x000..=0x0FF => Some(Self::Global(low)),
             0x100..=0x1FF => Some(Self::Variable(low)),
             0x200..=0x2FF => Some(Self::Coordinate(low / 8, low % 8)),
+            0x300..=0x3FF => Some(Self::Interrupt(low)),
+            0x800..=0xFFF => Some(Self::AxisParameter((number / 8) as u8, low % 8)),
             0x1000..=0x10FF if (low as usize) < CHUNKS => Some(Self::Chunk(low)),
             _ => None,
         }

@@ -13,31 +13,16 @@ use opentmcl_motion::interpolation::Limits;
 
 use crate::axis::{AxisNumber, AxisState};
 use crate::board::Board;
-use registers::{Field, *};
+use crate::drive::{Memory, REGISTERS};
+use registers::*;
 
 /// The largest value of an acceleration register.
 const STRONGEST: u32 = 0xFFFF;
 
-/// What is known of one chip beside what it tells itself.
-#[derive(Clone, Debug)]
-pub(crate) struct Tmc5160 {
-    /// Last value written to each register, for those that cannot be read.
-    written: [u32; REGISTERS],
-    /// The ramp limits as set by parameters. The registers differ from them during interpolated moves,
-    /// and the one for the speed also in velocity mode.
-    pub(crate) settings: Limits,
-}
-
-impl Default for Tmc5160 {
-    fn default() -> Self {
-        Self { written: [0; REGISTERS], settings: Limits::default() }
-    }
-}
-
 /// One chip and the way to it.
 pub(crate) struct Chip<'a, B> {
     pub(crate) axis: AxisNumber,
-    pub(crate) state: &'a mut Tmc5160,
+    pub(crate) state: &'a mut Memory,
     pub(crate) board: &'a mut B,
 }
 
@@ -48,13 +33,13 @@ impl<B: Board> Chip<'_, B> {
         if is_readable(address) {
             self.board.read_register(self.axis.get(), address)
         } else {
-            self.state.written[usize::from(address) % REGISTERS]
+            self.state.written(address)
         }
     }
 
     pub(crate) fn write(&mut self, address: u8, value: u32) {
         let address = address % REGISTERS as u8;
-        self.state.written[usize::from(address) % REGISTERS] = value;
+        self.state.note(address, value);
         self.board.write_register(self.axis.get(), address, value);
     }
 
@@ -69,7 +54,7 @@ impl<B: Board> Chip<'_, B> {
 
     /// Writes what no parameter sets, with the values of the vendor's open firmware.
     pub(crate) fn initialize(&mut self) {
-        self.state.written = [0; REGISTERS];
+        self.state.forget();
         for (address, value) in INITIAL {
             self.write(address, value);
         }
@@ -77,6 +62,10 @@ impl<B: Board> Chip<'_, B> {
 
     pub(crate) fn position(&mut self) -> i32 {
         self.read(XACTUAL) as i32
+    }
+
+    pub(crate) fn set_position(&mut self, position: i32) {
+        self.write(XACTUAL, position as u32);
     }
 
     pub(crate) fn target(&mut self) -> i32 {
@@ -98,6 +87,25 @@ impl<B: Board> Chip<'_, B> {
     /// Whether target and actual position are equal.
     pub(crate) fn position_reached(&mut self) -> bool {
         self.read_field(RAMP_STAT_POSITION_REACHED) != 0
+    }
+
+    /// Left and right, after swapping and polarity.
+    pub(crate) fn limit_switches(&mut self) -> (bool, bool) {
+        let status = self.read(RAMP_STAT);
+        (RAMP_STAT_STOP_LEFT.extract(status) != 0, RAMP_STAT_STOP_RIGHT.extract(status) != 0)
+    }
+
+    /// Keeps the limit switches from stopping the axis; what to give back afterwards.
+    pub(crate) fn suspend_stops(&mut self) -> u32 {
+        let stops = self.read(SW_MODE);
+        self.write_field(STOP_LEFT_ENABLE, 0);
+        self.write_field(STOP_RIGHT_ENABLE, 0);
+        stops
+    }
+
+    pub(crate) fn restore_stops(&mut self, stops: u32) {
+        self.write_field(STOP_LEFT_ENABLE, STOP_LEFT_ENABLE.extract(stops));
+        self.write_field(STOP_RIGHT_ENABLE, STOP_RIGHT_ENABLE.extract(stops));
     }
 
     /// Whether the axis stands and will not move by itself: nothing to reach, or held by a switch.

@@ -210,7 +210,7 @@ impl<B: Board> Module<B> {
     /// Where an axis stands, in microsteps; none if there is no such axis.
     pub fn position(&mut self, axis: u8) -> Option<i32> {
         let axis = AxisNumber::new(axis, self.model.axes)?;
-        Some(self.chip(axis).0.position())
+        Some(self.drive(axis).0.position())
     }
 
     /// Why the firmware stopped an axis, as axis parameter 207 has it, without clearing it as GAP does:
@@ -224,6 +224,6 @@ impl<B: Board> Module<B> {
     /// none if there is no such axis.
     pub fn speed(&mut self, axis: u8) -> Option<i32> {
         let axis = AxisNumber::new(axis, self.model.axes)?;
-        Some(units::speed_from_register(i64::from(self.chip(axis).0.velocity())))
+        Some(units::speed_from_register(i64::from(self.drive(axis).0.velocity())))
     }
 }

@@ -9,8 +9,8 @@ use std::io;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Duration;
 
-use opentmcl_wire::Instant;
-use opentmcl_wire::serial::{FRAME_LEN, Request, WrongChecksum};
+use opentmcl_wire::serial::{Request, WrongChecksum};
+use opentmcl_wire::{Instant, Outgoing};
 use rustix::event::{PollFd, PollFlags, Timespec};
 use rustix::io::Errno;
 
@@ -47,8 +47,26 @@ pub trait Device {
     fn advance_to(&mut self, now: Instant);
     /// A request has arrived now.
     fn receive(&mut self, from: Peer, request: Result<Request, WrongChecksum>);
-    /// The next frame that is due now and where it goes; called until it is `None`.
-    fn transmit(&mut self) -> Option<(Peer, [u8; FRAME_LEN])>;
+    /// What is due next and where it goes; called until it is `None`.
+    fn transmit(&mut self) -> Option<(Peer, Outgoing)>;
+
+    /// Whether what arrives from there now is text, and not part of a frame. Asked before each byte, since
+    /// each may change it.
+    fn takes_text(&self, from: Peer) -> bool {
+        let _ = from;
+        false
+    }
+
+    /// A byte of text has arrived now.
+    fn receive_key(&mut self, from: Peer, byte: u8) {
+        // A device that takes no text is never given any.
+        let _ = (from, byte);
+    }
+
+    /// A TCP connection has gone; its number may come again. Pseudo terminals stay, whoever opens them.
+    fn connection_ended(&mut self, peer: Peer) {
+        let _ = peer;
+    }
 
     /// Changes what the ports do to frames, where something that has just happened asks for it.
     fn set_faults(&mut self, ports: &mut [ServedPort]) {
@@ -271,10 +289,8 @@ impl<D: Device> Server<D> {
 
     /// Lets arrive what the lines have delayed until now.
     fn release(&mut self, now: Duration) {
-        let device = &mut self.device;
         for channel in &mut self.channels {
-            let peer = channel.peer;
-            channel.release(now, |request| device.receive(peer, request));
+            channel.release(now, &mut self.device);
         }
         self.collect(now);
     }
@@ -289,13 +305,8 @@ impl<D: Device> Server<D> {
             let count = self.channels[at].read(events, buffer);
             for &byte in &buffer[..count] {
                 let channel = &mut self.channels[at];
-                let (peer, port) = (channel.peer, &mut self.ports[channel.port]);
-                let mut asked = false;
-                channel.push(byte, now, port, |request| {
-                    self.device.receive(peer, request);
-                    asked = true;
-                });
-                if asked {
+                let port = &mut self.ports[channel.port];
+                if channel.push(byte, now, port, &mut self.device) {
                     self.collect(now);
                 }
             }
@@ -305,7 +316,12 @@ impl<D: Device> Server<D> {
             self.collect(now);
         }
         self.channels.iter_mut().for_each(Channel::flush);
-        self.channels.retain(|channel| channel.open);
+        self.channels.retain(|channel| {
+            if !channel.open {
+                self.device.connection_ended(channel.peer);
+            }
+            channel.open
+        });
         for at in 0..self.listeners.len() {
             if !ready.listener(at).is_empty() {
                 self.accept(at);
@@ -319,13 +335,13 @@ impl<D: Device> Server<D> {
         }
     }
 
-    /// Puts every frame that the device has ready into its channel. What is meant for a client that
+    /// Puts everything that the device has ready into its channel. What is meant for a client that
     /// has gone is dropped.
     fn collect(&mut self, now: Duration) {
-        while let Some((peer, frame)) = self.device.transmit() {
+        while let Some((peer, content)) = self.device.transmit() {
             if let Some(channel) = self.channels.iter_mut().find(|channel| channel.peer == peer) {
                 let port = &mut self.ports[channel.port];
-                channel.reply(frame, now, port);
+                channel.reply(content, now, port);
             }
         }
     }

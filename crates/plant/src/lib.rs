@@ -9,7 +9,7 @@
 //! costs as much as reading it after a microsecond. `next_event` tells when a status flag will change
 //! next, which is how far virtual time may jump. [`tmc429::Tmc429`] does the same for three axes with the
 //! ramps of an older kind; [`tmc26x::Tmc26x`] has no ramp: whoever generates its step pulses tells it of
-//! them.
+//! them. [`steppers::Steppers`] are both together.
 //!
 //! A chip is a function of its accesses and their times. Registers follow from
 //! integers alone. Where a motor needs real numbers, as for the field that turns it, they come from sums
@@ -20,6 +20,7 @@ pub mod axis;
 mod coolstep;
 pub mod driver;
 pub mod machine;
+pub mod steppers;
 pub mod tmc26x;
 pub mod tmc429;
 pub mod tmc5160;

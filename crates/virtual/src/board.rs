@@ -1,10 +1,11 @@
 //! The hardware of a virtual module: chips, pins, converters and a flash.
 
 use embedded_storage::nor_flash::NorFlash;
-use opentmcl_catalog::{Module, Port as PortRow, PortBehaviour};
+use opentmcl_catalog::{Module, Motion, Port as PortRow, PortBehaviour};
 use opentmcl_firmware::{Analog, Board};
-use opentmcl_plant::axis::{Axis, View};
+use opentmcl_plant::axis::{Axis, SwitchInput, View};
 use opentmcl_plant::machine::Machine;
+use opentmcl_plant::steppers::Steppers;
 use opentmcl_wire::Instant;
 
 use crate::flash::MemoryFlash;
@@ -13,13 +14,13 @@ use crate::world::AnalogLevel;
 /// Largest reading of an analog input.
 const FULL_SCALE: u16 = 4095;
 
-/// A board with one TMC5160 for each axis, and a machine behind those that have one.
+/// A board with the chips that the catalogue names, and a machine behind those axes that have one.
 #[derive(Clone, Debug)]
 pub struct VirtualBoard<F = MemoryFlash> {
     model: &'static Module,
     now: Instant,
-    axes: Vec<Axis>,
-    /// When each chip next changes by itself, after `now`; kept until the chip is touched.
+    axes: Axes,
+    /// When each axis next changes by itself, after `now`; kept until it is touched.
     events: Vec<Foreseen>,
     digital_inputs: u8,
     digital_outputs: u8,
@@ -33,6 +34,32 @@ pub struct VirtualBoard<F = MemoryFlash> {
     supply_current: i32,
     pull_ups: u8,
     flash: F,
+}
+
+/// What moves.
+#[derive(Clone, Debug)]
+enum Axes {
+    /// A TMC5160 for each axis.
+    Tmc5160(Vec<Axis>),
+    /// A TMC429 for each three axes, and a TMC26x for each.
+    Tmc429(Steppers),
+}
+
+impl Axes {
+    fn next_event(&mut self, axis: usize, now: Instant) -> Option<Instant> {
+        match self {
+            Self::Tmc5160(axes) => axes.get_mut(axis)?.next_event(now),
+            Self::Tmc429(steppers) => steppers.next_event(axis as u8, now),
+        }
+    }
+
+    /// Axes of which the next event may change with what is done to one of them.
+    fn touched_with(&self, axis: u8) -> u8 {
+        match self {
+            Self::Tmc5160(_) => 1u8.checked_shl(axis.into()).unwrap_or_default(),
+            Self::Tmc429(_) => Steppers::group_of(axis),
+        }
+    }
 }
 
 /// What is known of a chip's next event.
@@ -51,6 +78,11 @@ impl<F> VirtualBoard<F> {
     /// A board with these axes; those that the module has beyond them follow every step.
     pub fn with_axes(model: &'static Module, mut axes: Vec<Axis>, flash: F) -> Self {
         axes.resize_with(usize::from(model.axes), Axis::new);
+        let full_scale = f64::from(model.peak_current_ma) / 1000.0;
+        let axes = match model.motion {
+            Motion::Tmc5160 => Axes::Tmc5160(axes),
+            Motion::Tmc429 => Axes::Tmc429(Steppers::new(model.axes, full_scale)),
+        };
         let at_rest = |behaviour| {
             let mut rows = model.ports.iter();
             rows.find(|row| row.behaviour == behaviour).map_or(0, |row| row.default)
@@ -59,7 +91,7 @@ impl<F> VirtualBoard<F> {
         Self {
             model,
             now: Instant::from_ticks(0),
-            events: vec![Foreseen::Unknown; axes.len()],
+            events: vec![Foreseen::Unknown; usize::from(model.axes)],
             axes,
             digital_inputs: levels(model, PortBehaviour::DigitalInput),
             digital_outputs: 0,
@@ -149,11 +181,28 @@ impl<F> VirtualBoard<F> {
         self.at_all_axes(|axis, now| axis.set_torque_allowed(allowed, now));
     }
 
-    /// Does something to an axis at the board's time; nothing if there is no such axis.
+    /// Does something to an axis with a machine at the board's time; nothing if there is no such axis.
     pub(crate) fn at_axis(&mut self, axis: u8, act: impl FnOnce(&mut Axis, Instant)) {
         let now = self.now;
-        if let Some(axis) = self.touch(axis) {
+        self.touch(axis);
+        if let Axes::Tmc5160(axes) = &mut self.axes
+            && let Some(axis) = axes.get_mut(usize::from(axis))
+        {
             act(axis, now);
+        }
+    }
+
+    /// Holds a switch actuated or not actuated, or leaves it to the stage again.
+    pub(crate) fn hold_switch(&mut self, axis: u8, switch: SwitchInput, held: Option<bool>) {
+        let now = self.now;
+        self.touch(axis);
+        match &mut self.axes {
+            Axes::Tmc5160(axes) => {
+                if let Some(axis) = axes.get_mut(usize::from(axis)) {
+                    axis.hold_switch(switch, held, now);
+                }
+            }
+            Axes::Tmc429(steppers) => steppers.hold_switch(axis, switch, held, now),
         }
     }
 
@@ -165,12 +214,18 @@ impl<F> VirtualBoard<F> {
 
     /// What an axis really does at this time; none if there is no such axis.
     pub fn view(&mut self, axis: u8, now: Instant) -> Option<View> {
-        self.axes.get_mut(usize::from(axis)).map(|axis| axis.view(now))
+        match &mut self.axes {
+            Axes::Tmc5160(axes) => axes.get_mut(usize::from(axis)).map(|axis| axis.view(now)),
+            Axes::Tmc429(steppers) => steppers.view(axis, now),
+        }
     }
 
     /// The machine behind an axis; none if it moves in empty space or if there is no such axis.
     pub fn machine(&self, axis: u8) -> Option<&Machine> {
-        self.axes.get(usize::from(axis))?.machine()
+        match &self.axes {
+            Axes::Tmc5160(axes) => axes.get(usize::from(axis))?.machine(),
+            Axes::Tmc429(_) => None,
+        }
     }
 
     /// Levels of the general purpose outputs, bit n for output n.
@@ -198,9 +253,14 @@ impl<F> VirtualBoard<F> {
         self.flash
     }
 
-    fn touch(&mut self, axis: u8) -> Option<&mut Axis> {
-        *self.events.get_mut(usize::from(axis))? = Foreseen::Unknown;
-        self.axes.get_mut(usize::from(axis))
+    /// Something is done to an axis: what was foreseen of it, and of those it shares a chip with, may change.
+    fn touch(&mut self, axis: u8) {
+        let touched = self.axes.touched_with(axis);
+        for (number, event) in self.events.iter_mut().enumerate() {
+            if touched >> number & 1 == 1 {
+                *event = Foreseen::Unknown;
+            }
+        }
     }
 }
 
@@ -232,12 +292,12 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     fn next_event(&mut self) -> Option<Instant> {
         let now = self.now;
         let mut next: Option<Instant> = None;
-        for (foreseen, axis) in self.events.iter_mut().zip(&mut self.axes) {
+        for (axis, foreseen) in self.events.iter_mut().enumerate() {
             let event = match *foreseen {
                 Foreseen::At(None) => None,
                 Foreseen::At(Some(at)) if at > now => Some(at),
                 _ => {
-                    let event = axis.next_event(now);
+                    let event = self.axes.next_event(axis, now);
                     *foreseen = Foreseen::At(event);
                     event
                 }
@@ -261,13 +321,24 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
 
     fn read_register(&mut self, axis: u8, address: u8) -> u32 {
         let now = self.now;
-        self.axes.get_mut(usize::from(axis)).map_or(0, |axis| axis.read(address, now))
+        match &mut self.axes {
+            Axes::Tmc5160(axes) => {
+                axes.get_mut(usize::from(axis)).map_or(0, |axis| axis.read(address, now))
+            }
+            Axes::Tmc429(steppers) => steppers.read(axis, address, now),
+        }
     }
 
     fn write_register(&mut self, axis: u8, address: u8, value: u32) {
         let now = self.now;
-        if let Some(chip) = self.touch(axis) {
-            chip.write(address, value, now);
+        self.touch(axis);
+        match &mut self.axes {
+            Axes::Tmc5160(axes) => {
+                if let Some(axis) = axes.get_mut(usize::from(axis)) {
+                    axis.write(address, value, now);
+                }
+            }
+            Axes::Tmc429(steppers) => steppers.write(axis, address, value, now),
         }
     }
 
@@ -277,7 +348,12 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
 
     fn home_switch(&mut self, axis: u8) -> bool {
         let now = self.now;
-        self.axes.get_mut(usize::from(axis)).is_some_and(|axis| axis.home_switch(now))
+        match &mut self.axes {
+            Axes::Tmc5160(axes) => {
+                axes.get_mut(usize::from(axis)).is_some_and(|axis| axis.home_switch(now))
+            }
+            Axes::Tmc429(steppers) => steppers.home_switch(axis),
+        }
     }
 
     fn torque_inputs(&mut self) -> u8 {
@@ -314,11 +390,11 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     }
 
     fn reset(&mut self) {
-        for axis in 0..self.model.axes {
-            let now = self.now;
-            if let Some(chip) = self.touch(axis) {
-                chip.reset(now);
-            }
+        let now = self.now;
+        self.events.fill(Foreseen::Unknown);
+        match &mut self.axes {
+            Axes::Tmc5160(axes) => axes.iter_mut().for_each(|axis| axis.reset(now)),
+            Axes::Tmc429(steppers) => steppers.reset(now),
         }
         self.digital_outputs = 0;
     }

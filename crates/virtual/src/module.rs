@@ -6,7 +6,7 @@ use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::Module as Model;
 use opentmcl_firmware::{Answer, Board as _, Config, Executed, Module, Port, ProgramState};
 use opentmcl_plant::axis::{Axis, View};
-use opentmcl_wire::{Command, Duration, Instant, Reply, Status, serial};
+use opentmcl_wire::{Command, Duration, Instant, Outgoing, Reply, Status, serial};
 
 use crate::board::VirtualBoard;
 use crate::flash::MemoryFlash;
@@ -310,7 +310,8 @@ impl<F: NorFlash> VirtualModule<F> {
         self.module.execute_direct(command, self.now)
     }
 
-    /// A frame has arrived by a line.
+    /// A frame has arrived by a line. A port [in ASCII mode](VirtualModule::is_in_ascii_mode) does not
+    /// understand frames.
     pub fn receive(&mut self, port: Port, request: Result<serial::Request, serial::WrongChecksum>) {
         self.settle();
         if self.world.powered {
@@ -318,8 +319,28 @@ impl<F: NorFlash> VirtualModule<F> {
         }
     }
 
-    /// The next frame that is due for the host; call until there is none.
-    pub fn transmit(&mut self) -> Option<(Port, [u8; serial::FRAME_LEN])> {
+    /// Whether a port takes bytes of text, for [`VirtualModule::receive_key`], and not frames; ask before
+    /// each byte. A module without supply takes neither.
+    pub fn is_in_ascii_mode(&self, port: Port) -> bool {
+        self.world.powered && self.module.is_in_ascii_mode(port)
+    }
+
+    /// A byte has arrived by a port in ASCII mode; by another one it changes nothing.
+    pub fn receive_key(&mut self, port: Port, byte: u8) {
+        self.settle();
+        if self.world.powered {
+            self.module.receive_key(port, byte, self.now);
+        }
+    }
+
+    /// A connection has ended, and the next one of this number is another: it begins in the mode in which
+    /// the module started.
+    pub fn hang_up(&mut self, port: Port) {
+        self.module.hang_up(port);
+    }
+
+    /// What is next due for the host; call until there is nothing.
+    pub fn transmit(&mut self) -> Option<(Port, Outgoing)> {
         if self.world.powered { self.module.transmit(self.now) } else { None }
     }
 

@@ -65,11 +65,69 @@ const BUSY_PROGRAM: &[&str] = &[
     "RETI",
 ];
 
+/// Ramps that are tick by tick, currents on a grid, soft approaches, limits that change on the way.
+const TICKED_PROGRAM: &[&str] = &[
+    "VECT 0, 28",
+    "VECT 3, 32",
+    "SGP 0, 3, 7",
+    "EI 0",
+    "EI 3",
+    "EI 255", // 5
+    "SAP 154, 0, 3",
+    "SAP 153, 0, 7",
+    "SAP 5, 0, 100",
+    "SAP 154, 1, 5",
+    "SAP 153, 1, 4", // 10
+    "SAP 5, 1, 37",
+    "SAP 200, 0, 200",
+    "SAP 182, 0, 300",
+    "SAP 204, 1, 20",
+    "SAP 214, 1, 3", // 15
+    "MVP ABS, 0, 51200",
+    "MVP REL, 1, 3000",
+    "WAIT POS, 1, 0",
+    "SAP 138, 1, 1",
+    "SAP 0, 1, 100", // 20
+    "GAP 180, 0",
+    "AGP 14, 2",
+    "MVP ABS, 0, -200",
+    "WAIT POS, 0, 37",
+    "ROR 1, 700", // 25
+    "WAIT TICKS, 0, 13",
+    "JA 16",
+    "GGP 10, 2", // 28: timer
+    "CALC ADD, 1",
+    "AGP 0, 2",
+    "RETI",
+    "GGP 11, 2", // 32: position reached
+    "CALC ADD, 1",
+    "AGP 3, 2",
+    "RETI",
+];
+
+/// A module, what runs on it, and two speed limits that it gets again and again.
+#[derive(Clone, Copy)]
+struct Story {
+    model: &'static str,
+    program: &'static [&'static str],
+    limits: [&'static str; 2],
+}
+
+const MOVING: Story =
+    Story { model: "tmcm-6214", program: PROGRAM, limits: ["SAP 4, 0, 40000", "SAP 4, 0, 70000"] };
+const BUSY: Story = Story { program: BUSY_PROGRAM, ..MOVING };
+const TICKED: Story = Story {
+    model: "tmcm-6110",
+    program: TICKED_PROGRAM,
+    limits: ["SAP 4, 0, 700", "SAP 4, 0, 1900"],
+};
+
 fn millis(time: u64) -> Instant {
     Instant::from_ticks(time * 16_000)
 }
 
-fn scenario(program: &[&'static str]) -> Vec<(Instant, Input)> {
+fn scenario(story: Story) -> Vec<(Instant, Input)> {
+    let Story { program, limits: [low, high], .. } = story;
     let usb = |time, text| (millis(time), Input::Request(Line::Usb, text));
     let rs485 = |time, text| (millis(time), Input::Request(Line::Rs485, text));
     let mut inputs = vec![usb(0, "132 0, 0, 0")];
@@ -87,11 +145,11 @@ fn scenario(program: &[&'static str]) -> Vec<(Instant, Input)> {
             usb(at + 15, "GAP 3, 1"),
             (millis(at + 170), Input::Level(0, second % 2 == 0)),
             rs485(at + 333, "GGP 0, 2"),
-            usb(at + 400, "SAP 4, 0, 40000"),
+            usb(at + 400, low),
             usb(at + 500, "GIO 255, 2"),
             usb(at + 501, "GGP 130, 0"),
             usb(at + 502, "135 2, 0, 0"),
-            usb(at + 700, "SAP 4, 0, 70000"),
+            usb(at + 700, high),
             rs485(at + 910, "GGP 3, 2"),
         ]);
     }
@@ -133,15 +191,16 @@ fn advance(
 }
 
 /// Everything the module sends, with the time, as `time line: bytes`.
-fn record(program: &[&'static str], mut times: Times<'_>) -> Vec<String> {
-    let mut module = VirtualModule::new(opentmcl_catalog::find("tmcm-6214").unwrap());
+fn record(story: Story, mut times: Times<'_>) -> Vec<String> {
+    let mut module = VirtualModule::new(opentmcl_catalog::find(story.model).unwrap());
     let mut log = Vec::new();
     let mut collect = |module: &mut VirtualModule| {
-        while let Some((port, frame)) = module.transmit() {
+        while let Some((port, content)) = module.transmit() {
+            let frame = content.frame().unwrap();
             log.push(format!("{} {:?}: {frame:02X?}", module.now().as_ticks(), port.line));
         }
     };
-    let scenario = scenario(program);
+    let scenario = scenario(story);
     for (time, input) in scenario {
         loop {
             let event = module.next_event();
@@ -172,19 +231,19 @@ fn record(program: &[&'static str], mut times: Times<'_>) -> Vec<String> {
 
 #[test]
 fn asking_more_often_changes_no_byte() {
-    for program in [PROGRAM, BUSY_PROGRAM] {
-        compare(program);
+    for story in [MOVING, BUSY, TICKED] {
+        compare(story);
     }
 }
 
-fn compare(program: &[&'static str]) {
-    let once = record(program, Times::AtEvents);
+fn compare(story: Story) {
+    let once = record(story, Times::AtEvents);
     assert!(once.len() > 500, "{}", once.len());
     for seed in 1..4u64 {
         let mut random = seed;
         let mut asked = Instant::from_ticks(0);
         let often = record(
-            program,
+            story,
             Times::AndAt(&mut |now| {
                 if asked <= now {
                     random =
@@ -200,16 +259,16 @@ fn compare(program: &[&'static str]) {
     let untimed = |log: Vec<String>| -> Vec<String> {
         log.iter().filter_map(|line| Some(line.split_once(' ')?.1.to_owned())).collect()
     };
-    assert_same(&untimed(once), &untimed(record(program, Times::Never)));
+    assert_same(&untimed(once), &untimed(record(story, Times::Never)));
 }
 
 #[test]
 fn watching_a_program_and_breaking_off_changes_no_byte() {
-    for program in [PROGRAM, BUSY_PROGRAM] {
-        let unwatched = record(program, Times::AtEvents);
+    for story in [MOVING, BUSY, TICKED] {
+        let unwatched = record(story, Times::AtEvents);
         let mut seen = 0u64;
         let watched = record(
-            program,
+            story,
             Times::Watched(&mut |executed| {
                 // Now and then, at no regular command or time.
                 seen = seen.wrapping_mul(31).wrapping_add(executed.at.as_ticks() | 1);
@@ -233,7 +292,7 @@ fn assert_same(once: &[String], other: &[String]) {
 
 #[test]
 fn the_scenario_exercises_what_it_is_for() {
-    let log = record(PROGRAM, Times::AtEvents);
+    let log = record(MOVING, Times::AtEvents);
     let values = |log: &[String], command: u8| -> Vec<i32> {
         log.iter()
             .filter_map(|line| {
@@ -250,7 +309,11 @@ fn the_scenario_exercises_what_it_is_for() {
     assert!(values(&log, 10).iter().any(|&value| value > 5000), "timer interrupts counted");
     assert!(values(&log, 15).windows(2).any(|pair| pair[0] != pair[1]), "outputs follow inputs");
     // The heartbeat has stopped the motor that the busy program turns.
-    let busy = record(BUSY_PROGRAM, Times::AtEvents);
+    let busy = record(BUSY, Times::AtEvents);
     assert_eq!(values(&busy, 6).last(), Some(&0));
     assert!(values(&busy, 6).iter().any(|&value| value > 3_000_000), "a minute at 51200 pps");
+    let ticked = record(TICKED, Times::AtEvents);
+    let positions = values(&ticked, 6);
+    assert!(positions.iter().any(|&value| value > 10_000), "{positions:?}");
+    assert!(positions.windows(2).any(|pair| pair[1] < pair[0]), "back and forth: {positions:?}");
 }

@@ -82,6 +82,7 @@ fn request(module: &mut VirtualModule, line: Line, value: i32) {
 /// The lines and values of all replies that have come.
 fn replies(module: &mut VirtualModule) -> Vec<(Line, i32)> {
     std::iter::from_fn(|| module.transmit())
+        .map(|(port, content)| (port, content.frame().unwrap()))
         .map(|(port, frame)| (port.line, serial::decode_reply(frame).unwrap().reply.value))
         .collect()
 }

@@ -15,9 +15,9 @@ fn replies(module: &mut VirtualModule, line: Line, commands: &[&str]) -> Vec<(u8
     }
     let mut frames = Vec::new();
     module.advance(Duration::from_millis(100));
-    while let Some((port, frame)) = module.transmit() {
+    while let Some((port, content)) = module.transmit() {
         assert_eq!(port.line, line);
-        let reply = serial::decode_reply(frame).unwrap().reply;
+        let reply = serial::decode_reply(content.frame().unwrap()).unwrap().reply;
         frames.push((reply.status.0, reply.number, reply.value));
     }
     frames

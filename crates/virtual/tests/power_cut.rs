@@ -1,6 +1,8 @@
 //! Power fails at every single operation of the flash, in every command that stores something: what
 //! is found afterwards is the value before or the value after, and the module starts and stores again.
 
+use std::cell::Cell;
+
 use opentmcl_virtual::{MemoryFlash, Options, VirtualModule};
 use opentmcl_wire::{Command, Status, mnemonic};
 
@@ -8,8 +10,13 @@ fn command(text: &str) -> Command {
     mnemonic::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"))
 }
 
+thread_local! {
+    /// The module of the present test, each of which has a thread of its own.
+    static MODEL: Cell<&'static str> = const { Cell::new("tmcm-6214") };
+}
+
 fn start(flash: MemoryFlash) -> VirtualModule {
-    let model = opentmcl_catalog::find("tmcm-6214").unwrap();
+    let model = opentmcl_catalog::find(MODEL.get()).unwrap();
     VirtualModule::with_flash(model, flash, Options::default())
 }
 
@@ -89,6 +96,36 @@ fn a_user_variable() {
     let flash = prepared(&["SGP 42, 2, 1000000", "STGP 42, 2", "SGP 43, 2, -1", "STGP 43, 2"]);
     let storing = ["SGP 42, 2, -7654321", "STGP 42, 2"];
     cut_everywhere(&flash, &storing, &["GGP 42, 2", "GGP 43, 2"]);
+}
+
+#[test]
+fn axis_parameters_on_request() {
+    MODEL.set("tmcm-6110");
+    let flash = prepared(&["SAP 4, 0, 500", "STAP 4, 0", "SAP 153, 5, 9", "STAP 153, 5"]);
+    let storing = ["SAP 4, 0, 600", "STAP 4, 0", "SAP 5, 5, 77", "STAP 5, 5"];
+    cut_everywhere(&flash, &storing, &["GAP 4, 0", "GAP 5, 5", "GAP 153, 5", "GAP 4, 1"]);
+}
+
+#[test]
+fn settings_of_interrupts_the_lock_and_the_magic() {
+    MODEL.set("tmcm-6110");
+    let flash = prepared(&["SGP 27, 3, 1", "STGP 27, 3", "SGP 75, 0, 9"]);
+    let probes = ["GGP 27, 3", "GGP 0, 3", "GGP 73, 0", "GGP 75, 0"];
+    let storing = ["SGP 27, 3, 3", "STGP 27, 3", "SGP 0, 3, 1000", "STGP 0, 3"];
+    cut_everywhere(&flash, &storing, &probes);
+    cut_everywhere(&flash, &["SGP 73, 0, 1234"], &probes);
+    // Without its magic the memory is forgotten by the next start, which may lose power, too.
+    let (lost, _) = cut_everywhere(&flash, &["SGP 64, 0, 1"], &["GGP 64, 0"]);
+    let probes = ["GGP 64, 0", "GGP 75, 0", "GGP 27, 3"];
+    assert_eq!(state(&lost, &probes), [228, 0, 0]);
+    let operations = start(lost.clone()).into_flash().operations() - lost.operations();
+    assert!(operations > 1, "{operations}");
+    for cut in 0..operations {
+        let mut flash = lost.clone();
+        flash.cut_power_after(cut);
+        let left = start(flash).into_flash();
+        assert_eq!(state(&left, &probes), [228, 0, 0], "a reset cut at {cut}");
+    }
 }
 
 #[test]

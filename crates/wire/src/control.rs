@@ -22,6 +22,8 @@ pub const FIRMWARE_VERSION: u8 = 136;
 pub const FACTORY_RESET: u8 = 137;
 /// Ask for a second reply when targets have been reached.
 pub const POSITION_REPORT: u8 = 138;
+/// Take lines of text in place of frames, until the line BIN.
+pub const ASCII_MODE: u8 = 139;
 /// Write a register of the motion controller.
 pub const WRITE_CONTROLLER: u8 = 146;
 /// Write a register of the motor driver.
@@ -30,11 +32,16 @@ pub const WRITE_DRIVER: u8 = 147;
 pub const READ_CONTROLLER: u8 = 148;
 /// Read a register of the motor driver.
 pub const READ_DRIVER: u8 = 149;
+/// Leave the firmware for the boot loader; nothing happens without [`BOOT_LOADER_OPERANDS`].
+pub const BOOT_LOADER: u8 = 242;
 /// Restart the module.
 pub const SOFTWARE_RESET: u8 = 255;
 
 /// The value without which a module refuses [`FACTORY_RESET`] and [`SOFTWARE_RESET`].
 pub const CONFIRMATION: i32 = 1234;
+
+/// Type, motor and value with which [`BOOT_LOADER`] does what it says.
+pub const BOOT_LOADER_OPERANDS: (u8, u8, u32) = (0x81, 0x92, 0xA3B4_C5D6);
 
 /// The first of them: what has this number or a higher one is never part of a program.
 pub const FIRST: u8 = STOP_PROGRAM;

@@ -12,6 +12,7 @@
 //! - [`mnemonic`]: one command as text, `ROR 0, 51200`, read and written.
 //! - [`ascii`]: the other form of a serial line, for people at a terminal: `AMVP ABS, 1, 50000`
 //!   answered by `BA 100 50000`.
+//! - [`Outgoing`]: what a module sends in one form or the other.
 //!
 //! Nothing here performs I/O, allocates or reads a clock: bytes and times are arguments.
 #![no_std]
@@ -31,10 +32,12 @@ pub mod control;
 pub mod limits;
 pub mod mnemonic;
 pub mod opcode;
+mod outgoing;
 pub mod serial;
 
 pub use command::{Command, Reply, Status};
 pub use opcode::Opcode;
+pub use outgoing::Outgoing;
 
 /// Periods of the 16 MHz clock from which the motion chips of all modules run.
 ///

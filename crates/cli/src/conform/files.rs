@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use opentmcl_conform::{Transcript, parse};
+use opentmcl_conform::{Transcript, parse_each};
 
 use crate::failure::Failure;
 use crate::program_files::ProgramFiles;
@@ -32,8 +32,8 @@ pub(super) fn read(
     let mut mistakes = Vec::new();
     for path in sources::expand(named, TRANSCRIPTS)? {
         let text = String::from_utf8_lossy(&sources::read(&path)?).into_owned();
-        match parse(&path.display().to_string(), &text, programs) {
-            Ok(transcript) => transcripts.push(transcript),
+        match parse_each(&path.display().to_string(), &text, programs) {
+            Ok(each) => transcripts.extend(each),
             Err(found) => mistakes.extend(found.iter().map(ToString::to_string)),
         }
     }

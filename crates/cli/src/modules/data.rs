@@ -42,8 +42,9 @@ pub(super) struct Command {
     pub(super) mnemonic: &'static str,
     /// Who may use it: `host`, `program` or both.
     pub(super) used_by: &'static [&'static str],
-    pub(super) since: Option<String>,
     pub(super) description: &'static str,
+    #[serde(flatten)]
+    pub(super) origin: Origin,
 }
 
 #[derive(Serialize)]
@@ -61,6 +62,8 @@ pub(super) struct AxisParameter {
     pub(super) axes: Vec<u8>,
     pub(super) description: &'static str,
     pub(super) values: Vec<Value>,
+    #[serde(flatten)]
+    pub(super) origin: Origin,
 }
 
 #[derive(Serialize)]
@@ -78,6 +81,8 @@ pub(super) struct GlobalParameter {
     pub(super) access: String,
     pub(super) description: &'static str,
     pub(super) values: Vec<Value>,
+    #[serde(flatten)]
+    pub(super) origin: Origin,
 }
 
 #[derive(Serialize)]
@@ -92,6 +97,8 @@ pub(super) struct Port {
     pub(super) default: i32,
     pub(super) access: String,
     pub(super) description: &'static str,
+    #[serde(flatten)]
+    pub(super) origin: Origin,
 }
 
 #[derive(Serialize)]
@@ -100,6 +107,46 @@ pub(super) struct Interrupt {
     pub(super) id: &'static str,
     pub(super) name: &'static str,
     pub(super) description: &'static str,
+    #[serde(flatten)]
+    pub(super) origin: Origin,
+}
+
+/// How sure a row is, and since when it exists.
+#[derive(Serialize)]
+pub(super) struct Origin {
+    /// First firmware that has it, if not all do.
+    pub(super) since: Option<String>,
+    /// `exact`, `sister`, `observed`, `inferred` or `recalled`.
+    pub(super) certainty: &'static str,
+    /// Where it comes from, if not from the manual of the module.
+    pub(super) source: Option<&'static str>,
+}
+
+impl Origin {
+    fn new(
+        since: Option<(u8, u8)>,
+        certainty: catalog::Certainty,
+        source: Option<&'static str>,
+    ) -> Self {
+        let certainty = match certainty {
+            catalog::Certainty::Exact => "exact",
+            catalog::Certainty::Sister => "sister",
+            catalog::Certainty::Observed => "observed",
+            catalog::Certainty::Inferred => "inferred",
+            catalog::Certainty::Recalled => "recalled",
+        };
+        Self { since: since.map(version), certainty, source }
+    }
+
+    /// For people: where the row comes from, if the module's own manual does not say it.
+    pub(super) fn told(&self) -> Option<String> {
+        self.source.map(|source| format!("({}: {source})", self.certainty))
+    }
+
+    /// For people: since when it exists, if not from the beginning.
+    pub(super) fn since(&self) -> Option<String> {
+        self.since.as_ref().map(|version| format!("(since V{version})"))
+    }
 }
 
 #[derive(Serialize)]
@@ -185,8 +232,8 @@ impl From<&catalog::Command> for Command {
                 catalog::Mode::Direct => &["host"],
                 catalog::Mode::Standalone => &["program"],
             },
-            since: row.since.map(version),
             description: row.description,
+            origin: Origin::new(row.since, row.certainty, row.source),
         }
     }
 }
@@ -207,6 +254,7 @@ impl From<&catalog::AxisParameter> for AxisParameter {
             axes: (0..8).filter(|&axis| row.is_on(axis)).collect(),
             description: row.description,
             values: values(row.values),
+            origin: Origin::new(row.since, row.certainty, row.source),
         }
     }
 }
@@ -227,6 +275,7 @@ impl From<&catalog::GlobalParameter> for GlobalParameter {
             access: access(row.access),
             description: row.description,
             values: values(row.values),
+            origin: Origin::new(row.since, row.certainty, row.source),
         }
     }
 }
@@ -244,12 +293,19 @@ impl From<&catalog::Port> for Port {
             default: row.default,
             access: access(row.access),
             description: row.description,
+            origin: Origin::new(row.since, row.certainty, row.source),
         }
     }
 }
 
 impl From<&catalog::Interrupt> for Interrupt {
     fn from(row: &catalog::Interrupt) -> Self {
-        Self { number: row.number, id: row.id, name: row.name, description: row.description }
+        Self {
+            number: row.number,
+            id: row.id,
+            name: row.name,
+            description: row.description,
+            origin: Origin::new(row.since, row.certainty, row.source),
+        }
     }
 }

@@ -145,7 +145,7 @@ impl Announcement<'_> {
                 writeln!(out, "\n{}: {title}, firmware {firmware}", setup.name)?;
             }
             for port in self.ports(at) {
-                port.print(out)?;
+                port.print(out, speed_to_try(setup.model))?;
             }
         }
         if let Some(path) = self.world.as_deref().map(Path::display) {
@@ -162,17 +162,17 @@ impl Announcement<'_> {
 }
 
 impl Port<'_> {
-    fn print(&self, out: &mut impl Write) -> io::Result<()> {
+    fn print(&self, out: &mut impl Write, speed: i32) -> io::Result<()> {
         match self.endpoint {
             Endpoint::Pty(path) => {
                 let path = path.display();
                 writeln!(out, "\n  serial port   {path}")?;
-                writeln!(out, "    tmcl exec -c {path} 'ROR 0, 51200'")?;
+                writeln!(out, "    tmcl exec -c {path} 'ROR 0, {speed}'")?;
                 writeln!(out, "    ConnectionManager(\"--interface serial_tmcl --port {path}\")")?;
             }
             Endpoint::Tcp(address) => {
                 writeln!(out, "\n  TCP           {address}")?;
-                writeln!(out, "    tmcl exec -c tcp:{address} 'ROR 0, 51200'")?;
+                writeln!(out, "    tmcl exec -c tcp:{address} 'ROR 0, {speed}'")?;
                 writeln!(
                     out,
                     "    ConnectionManager(\"--interface socket_serial_tmcl --port {address}\")"
@@ -184,4 +184,12 @@ impl Port<'_> {
         }
         Ok(())
     }
+}
+
+/// A speed for a first try: a turn per second with 256 microsteps, or half of what the module has in its own
+/// units.
+fn speed_to_try(model: &Module) -> i32 {
+    const TURN: i32 = 51_200;
+    let speed = model.axis_parameters.iter().find(|row| row.id == "target_speed");
+    speed.map_or(TURN, |row| TURN.min(row.max / 2))
 }

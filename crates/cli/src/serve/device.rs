@@ -3,8 +3,8 @@
 use opentmcl_firmware::{Line, Port};
 use opentmcl_link::{BadLine, Device, Endpoint, MAX_CONTROL_LINE, Peer, ServedPort, Speed};
 use opentmcl_virtual::{Lab, Response, Snapshot, Subscription};
-use opentmcl_wire::serial::{FRAME_LEN, Request, WrongChecksum};
-use opentmcl_wire::{Duration, Instant};
+use opentmcl_wire::serial::{Request, WrongChecksum};
+use opentmcl_wire::{Duration, Instant, Outgoing};
 
 use super::eeprom::Eeprom;
 use super::faults;
@@ -18,6 +18,15 @@ pub(super) struct Served {
     /// [`LOOK_PAUSE`] in the time of the lab.
     pause: Duration,
     watchers: Vec<Watcher>,
+}
+
+/// What the firmware calls the line of a client.
+fn port_of(peer: Peer) -> Port {
+    let line = match peer.endpoint {
+        Endpoint::Pty => Line::Usb,
+        Endpoint::Tcp => Line::Rs485,
+    };
+    Port { line, number: peer.number }
 }
 
 /// A client of the control socket that wants to be told of changes.
@@ -86,25 +95,39 @@ impl Device for Served {
     }
 
     fn receive(&mut self, from: Peer, request: Result<Request, WrongChecksum>) {
-        let line = match from.endpoint {
-            Endpoint::Pty => Line::Usb,
-            Endpoint::Tcp => Line::Rs485,
-        };
         if let Some(module) = self.lab.module_mut(from.module) {
-            module.receive(Port { line, number: from.number }, request);
+            module.receive(port_of(from), request);
         }
         self.happened();
     }
 
-    fn transmit(&mut self) -> Option<(Peer, [u8; FRAME_LEN])> {
+    fn takes_text(&self, from: Peer) -> bool {
+        let module = self.lab.modules().get(from.module);
+        module.is_some_and(|module| module.is_in_ascii_mode(port_of(from)))
+    }
+
+    fn receive_key(&mut self, from: Peer, byte: u8) {
+        if let Some(module) = self.lab.module_mut(from.module) {
+            module.receive_key(port_of(from), byte);
+        }
+        self.happened();
+    }
+
+    fn connection_ended(&mut self, peer: Peer) {
+        if let Some(module) = self.lab.module_mut(peer.module) {
+            module.hang_up(port_of(peer));
+        }
+    }
+
+    fn transmit(&mut self) -> Option<(Peer, Outgoing)> {
         let count = self.lab.modules().len();
-        let (module, (port, frame)) = (0..count)
+        let (module, (port, content)) = (0..count)
             .find_map(|module| Some((module, self.lab.module_mut(module)?.transmit()?)))?;
         let endpoint = match port.line {
             Line::Usb => Endpoint::Pty,
             Line::Rs485 | Line::Rs232 => Endpoint::Tcp,
         };
-        Some((Peer { module, endpoint, number: port.number }, frame))
+        Some((Peer { module, endpoint, number: port.number }, content))
     }
 
     fn set_faults(&mut self, ports: &mut [ServedPort]) {

@@ -60,6 +60,20 @@ fn a_parameter_reads_as_the_manual_has_it() {
 }
 
 #[test]
+fn rows_that_are_not_from_the_modules_own_manual_say_so() {
+    let data = json(&["modules", "tmcm-6110", "--json"]);
+    let rows = data["axis_parameters"].as_array().unwrap();
+    let row = |number: u64| rows.iter().find(|row| row["number"] == number).unwrap();
+    // Only maps of later firmware have it.
+    assert_eq!(row(150)["since"], "1.46");
+    assert_eq!(row(204)["certainty"], "observed");
+    assert!(row(204)["source"].as_str().unwrap().contains("Odemis"));
+    let text = stdout_of(&["modules", "tmcm-6110"]);
+    assert!(text.contains("(since V1.46)") && text.contains("(observed: "), "{text}");
+    assert!(!stdout_of(&["modules", "tmcm-6214"]).contains("(exact"));
+}
+
+#[test]
 fn the_tables_name_everything_and_keep_to_the_width() {
     let text = stdout_of(&["modules", "tmcm-6214"]);
     let module = find("tmcm-6214").unwrap();

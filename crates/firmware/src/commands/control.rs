@@ -1,4 +1,4 @@
-//! Control commands 128..138 and 255, downloads, code protection (firmware manual 3.6.57, 3.6.58).
+//! Control commands 128..139 and 255, downloads, code protection (firmware manual 3.6.57, 3.6.58).
 
 use opentmcl_catalog::Globals;
 use opentmcl_wire::limits::PROGRAM_LEN;
@@ -73,11 +73,23 @@ impl<B: Board> Module<B> {
                     _ => return Err(Status::WRONG_TYPE),
                 }
             }
+            // Without a letter no line could be for this module, not even BIN.
+            control::ASCII_MODE => match port.zip(self.letter()) {
+                Some((port, _)) => self.terminals.enter(port),
+                None => return Err(Status::NOT_AVAILABLE),
+            },
             control::WRITE_CONTROLLER | control::WRITE_DRIVER => {
                 return self.write_register(kind, motor, value);
             }
             control::READ_CONTROLLER | control::READ_DRIVER => {
                 return self.read_register(kind, motor);
+            }
+            control::BOOT_LOADER => {
+                if (kind, motor, value as u32) == control::BOOT_LOADER_OPERANDS {
+                    // The boot loader finds nothing to load and starts the firmware.
+                    self.restart();
+                    return Ok(Outcome::Answer(Answer::Silence));
+                }
             }
             control::SOFTWARE_RESET => {
                 confirmed(value)?;

@@ -48,7 +48,7 @@ impl<B: Board> Module<B> {
 
     pub(super) fn capture_coordinate(&mut self, coordinate: u8, motor: u8) -> Execution {
         let axis = self.axis(motor)?;
-        let position = self.chip(axis).0.position();
+        let position = self.drive(axis).0.position();
         self.set_coordinate(coordinate, motor, position)?;
         Ok(Outcome::Read(position))
     }

@@ -55,6 +55,9 @@ impl<B: Board> Module<B> {
             if self.download.active {
                 return self.load(command);
             }
+            if self.standalone_commands.contain(command.number) {
+                return Err(Status::NOT_AVAILABLE);
+            }
         }
         let opcode = Opcode::from_number(command.number).ok_or(Status::INVALID_COMMAND)?;
         let Command { kind, motor, value, .. } = command;
@@ -116,8 +119,10 @@ impl<B: Board> Module<B> {
                 let done = interpreter::calculate(&mut self.cpu, &mut self.variables, command);
                 done.unwrap_or(Err(Status::INVALID_COMMAND)).map(|()| Outcome::Done)
             }
-            // Commands of other modules, which no catalogue here names yet.
-            Opcode::Stap | Opcode::Rsap | Opcode::Sac => Err(Status::INVALID_COMMAND),
+            Opcode::Stap => self.store_axis_parameter(self.axis(motor)?, kind),
+            Opcode::Rsap => self.restore_axis_parameter(self.axis(motor)?, kind),
+            // A command of other modules, which no catalogue here names yet.
+            Opcode::Sac => Err(Status::INVALID_COMMAND),
             // A host has no program counter to change; user functions are the customer's own.
             Opcode::Jc
             | Opcode::Ja

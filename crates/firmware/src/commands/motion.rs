@@ -1,6 +1,6 @@
 //! ROR ROL MST MVP and their forms with accumulator and X.
 
-use opentmcl_catalog::{AxisBehaviour, Tmc5160};
+use opentmcl_catalog::{AxisBehaviour, AxisParameter, Tmc429, Tmc5160};
 use opentmcl_motion::interpolation::Axes;
 use opentmcl_wire::Status;
 
@@ -32,9 +32,15 @@ impl<B: Board> Module<B> {
 
     /// Turns with a speed in the axis' units, positive to the right.
     pub(super) fn rotate(&mut self, axis: AxisNumber, speed: i64) -> Execution {
-        let target_speed = AxisBehaviour::Tmc5160(Tmc5160::TargetSpeed);
+        let is_target_speed = |row: &&AxisParameter| {
+            matches!(
+                row.behaviour,
+                AxisBehaviour::Tmc5160(Tmc5160::TargetSpeed)
+                    | AxisBehaviour::Tmc429(Tmc429::TargetSpeed)
+            )
+        };
         let mut rows = self.model.axis_parameters.iter();
-        let row = rows.find(|row| row.behaviour == target_speed).ok_or(Status::NOT_AVAILABLE)?;
+        let row = rows.find(is_target_speed).ok_or(Status::NOT_AVAILABLE)?;
         self.check_range(axis, row, speed)?;
         for axis in self.group(axis) {
             self.write_axis_parameter(axis, row, speed as i32)?;
@@ -54,8 +60,8 @@ impl<B: Board> Module<B> {
     pub(crate) fn stop_axis(&mut self, axis: AxisNumber) {
         self.end_search(axis);
         self.give_up_target(axis);
-        let (mut chip, state) = self.chip(axis);
-        chip.rotate(state, 0);
+        let (mut drive, state) = self.drive(axis);
+        drive.rotate(state, 0);
         self.touch_guarded(axis);
     }
 
@@ -71,11 +77,11 @@ impl<B: Board> Module<B> {
                 let asked = self.axis(motor)?;
                 let mut reply = value;
                 for axis in self.group(asked) {
-                    let (mut chip, state) = self.chip(axis);
+                    let (mut drive, state) = self.drive(axis);
                     let start = match state.relative_positioning_option {
-                        0 => chip.target(),
-                        1 => chip.position(),
-                        _ => chip.encoder_position(),
+                        0 => drive.target(),
+                        1 => drive.position(),
+                        _ => drive.encoder_position(),
                     };
                     // Beyond the range the position wraps, as the chip's counter does.
                     let target = start.wrapping_add(value);
@@ -93,8 +99,8 @@ impl<B: Board> Module<B> {
 
     fn move_axis(&mut self, axis: AxisNumber, position: i32) {
         self.begin_motion(axis);
-        let (mut chip, state) = self.chip(axis);
-        chip.move_to(state, position);
+        let (mut drive, state) = self.drive(axis);
+        drive.move_to(state, position);
         self.give_up_target(axis);
         self.depart(axis, true);
     }
@@ -137,16 +143,16 @@ impl<B: Board> Module<B> {
         let mut distances = PerAxis::new(|| 0);
         let mut axes = Axes::default();
         for axis in chosen.clone() {
-            let (mut chip, _) = self.chip(axis);
-            distances[axis] = targets[axis].wrapping_sub(chip.position()).unsigned_abs();
-            axes.add(distances[axis], chip.state.settings);
+            let (mut drive, _) = self.drive(axis);
+            distances[axis] = targets[axis].wrapping_sub(drive.position()).unsigned_abs();
+            axes.add(distances[axis], drive.settings());
         }
         let profile = axes.profile();
         for axis in chosen {
             let limits = profile.for_distance(distances[axis]);
             self.begin_motion(axis);
-            let (mut chip, state) = self.chip(axis);
-            chip.move_to_within(state, targets[axis], limits);
+            let (mut drive, state) = self.drive(axis);
+            drive.move_to_within(state, targets[axis], limits);
             self.give_up_target(axis);
             self.depart(axis, true);
         }

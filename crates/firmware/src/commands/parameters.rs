@@ -2,7 +2,7 @@
 
 use opentmcl_catalog::{
     Axis, AxisBehaviour, AxisParameter, GlobalBehaviour, GlobalParameter, Globals,
-    InterruptSetting, Tmc5160, Unit, Variables,
+    InterruptSetting, Motion, Tmc429, Tmc5160, Unit, Variables,
 };
 use opentmcl_wire::Status;
 
@@ -13,7 +13,37 @@ use crate::module::Module;
 use crate::storage::{self, Key};
 use crate::tmc5160::parameters::{speed, speed_to_register};
 
+/// Values of the EEPROM lock that lock and unlock it.
+const LOCK: i32 = 1234;
+const UNLOCK: i32 = 4321;
+
 impl<B: Board> Module<B> {
+    /// STAP: the value in use becomes the one after power-up.
+    pub(super) fn store_axis_parameter(&mut self, axis: AxisNumber, number: u8) -> Execution {
+        let row = self.axis_row(axis, number)?;
+        if !row.access.store {
+            return Err(Status::WRONG_TYPE);
+        }
+        let Outcome::Read(value) = self.get_axis_parameter(axis, number)? else {
+            return Err(Status::WRONG_TYPE);
+        };
+        self.keep(Key::AxisParameter(number, axis.get()), value)?;
+        Ok(Outcome::Done)
+    }
+
+    /// RSAP: the stored value, or the default, becomes the one in use.
+    pub(super) fn restore_axis_parameter(&mut self, axis: AxisNumber, number: u8) -> Execution {
+        let row = self.axis_row(axis, number)?;
+        if !row.access.store {
+            return Err(Status::WRONG_TYPE);
+        }
+        let key = Key::AxisParameter(number, axis.get());
+        let stored = storage::fetch(self.board.flash(), key).map_err(|_| Status::EEPROM_LOCKED)?;
+        self.write_axis_parameter(axis, row, stored.unwrap_or(row.default))?;
+        self.touch(axis);
+        Ok(Outcome::Done)
+    }
+
     pub(super) fn get_axis_parameter(&mut self, axis: AxisNumber, number: u8) -> Execution {
         let row = self.axis_row(axis, number)?;
         if !row.access.read {
@@ -21,8 +51,16 @@ impl<B: Board> Module<B> {
         }
         let value = match row.behaviour {
             AxisBehaviour::Tmc5160(parameter) => {
-                let (mut chip, state) = self.chip(axis);
+                let (mut chip, state) = self.tmc5160(axis);
                 chip.get(state, parameter)
+            }
+            AxisBehaviour::Tmc429(parameter) => {
+                let (mut chip, state) = self.tmc429(axis);
+                chip.get(state, parameter)
+            }
+            AxisBehaviour::Tmc26x(parameter) => {
+                let (mut chip, state) = self.tmc429(axis);
+                chip.get_driver(state, parameter)
             }
             AxisBehaviour::Axis(setting) => self.axis_setting(axis, setting),
             AxisBehaviour::Stored(_) => {
@@ -50,8 +88,8 @@ impl<B: Board> Module<B> {
     }
 
     fn axis_row(&self, axis: AxisNumber, number: u8) -> Result<&'static AxisParameter, Status> {
-        let row = self.model.axis_parameter(number).ok_or(Status::WRONG_TYPE)?;
-        if row.axes & axis.bit() == 0 { Err(Status::WRONG_TYPE) } else { Ok(row) }
+        let row = self.model.axis_parameter(number).filter(|row| self.model.has(row.since));
+        row.filter(|row| row.axes & axis.bit() != 0).ok_or(Status::WRONG_TYPE)
     }
 
     /// Whether a value is within the range that holds in the axis' present units.
@@ -79,8 +117,25 @@ impl<B: Board> Module<B> {
         value: i32,
     ) -> Result<(), Status> {
         match row.behaviour {
+            AxisBehaviour::Tmc429(parameter) => {
+                let (mut chip, state) = self.tmc429(axis);
+                chip.set(state, parameter, value)?;
+                match parameter {
+                    Tmc429::TargetPosition if chip.is_positioning() => self.depart(axis, false),
+                    Tmc429::TargetSpeed => {
+                        self.begin_motion(axis);
+                        self.give_up_target(axis);
+                        self.touch(axis);
+                    }
+                    _ => {}
+                }
+            }
+            AxisBehaviour::Tmc26x(parameter) => {
+                let (mut chip, state) = self.tmc429(axis);
+                chip.set_driver(state, parameter, value)?;
+            }
             AxisBehaviour::Tmc5160(parameter) => {
-                let (mut chip, state) = self.chip(axis);
+                let (mut chip, state) = self.tmc5160(axis);
                 chip.set(state, parameter, value)?;
                 match parameter {
                     Tmc5160::TargetPosition if chip.is_positioning() => {
@@ -94,7 +149,7 @@ impl<B: Board> Module<B> {
                     }
                     Tmc5160::MaxEncoderDeviation => self.guard_deviation(axis, value != 0),
                     Tmc5160::MicrostepResolution => {
-                        let (mut chip, state) = self.chip(axis);
+                        let (mut chip, state) = self.tmc5160(axis);
                         chip.set_encoder_constant(state);
                     }
                     _ => {}
@@ -136,6 +191,14 @@ impl<B: Board> Module<B> {
             Axis::EncoderResolution => state.encoder_resolution,
             Axis::GroupIndex => state.group_index,
             Axis::UnitMode => i32::from(!state.internal_units),
+            Axis::MaxCurrent => state.currents.run,
+            Axis::StandbyCurrent => state.currents.standby,
+            Axis::SlowRunCurrent => state.currents.slow,
+            Axis::BoostCurrent => state.currents.boost,
+            Axis::FreewheelingDelay => state.currents.freewheeling_delay,
+            Axis::PowerDownDelay => state.currents.power_down_delay,
+            Axis::EndSwitchPowerDown => i32::from(state.currents.power_down_at_switch),
+            Axis::CoolstepThresholdSpeed => state.currents.cool_speed as i32,
         }
     }
 
@@ -147,7 +210,8 @@ impl<B: Board> Module<B> {
     ) -> Result<(), Status> {
         const FROM_ENCODER: i32 = 2;
         let has_encoder = self.has_encoder(axis);
-        let (mut chip, state) = self.chip(axis);
+        let has_index = self.model.motion == Motion::Tmc5160;
+        let state = &mut self.axes[axis];
         match setting {
             Axis::RelativePositioningOption if value == FROM_ENCODER && !has_encoder => {
                 return Err(Status::INVALID_VALUE);
@@ -155,7 +219,11 @@ impl<B: Board> Module<B> {
             Axis::RelativePositioningOption => state.relative_positioning_option = value,
             Axis::ReferenceSearchMode => {
                 // Bases 1..=10; +64 turns modes 1..=4 around, +128 inverts the switch of 5..=8.
-                if !matches!(value, 1..=10 | 65..=68 | 133..=136) {
+                let exists = match value {
+                    9 | 10 => has_index,
+                    _ => matches!(value, 1..=8 | 65..=68 | 133..=136),
+                };
+                if !exists {
                     return Err(Status::INVALID_VALUE);
                 }
                 state.search_mode = value;
@@ -169,14 +237,24 @@ impl<B: Board> Module<B> {
             Axis::DeviationAction => state.deviation_action = value,
             Axis::MotorFullsteps => {
                 state.motor_fullsteps = value;
+                let (mut chip, state) = self.tmc5160(axis);
                 chip.set_encoder_constant(state);
             }
             Axis::EncoderResolution => {
                 state.encoder_resolution = value;
+                let (mut chip, state) = self.tmc5160(axis);
                 chip.set_encoder_constant(state);
             }
             Axis::GroupIndex => state.group_index = value,
             Axis::UnitMode => state.internal_units = value == 0,
+            Axis::MaxCurrent => state.currents.run = value,
+            Axis::StandbyCurrent => state.currents.standby = value,
+            Axis::SlowRunCurrent => state.currents.slow = value,
+            Axis::BoostCurrent => state.currents.boost = value,
+            Axis::FreewheelingDelay => state.currents.freewheeling_delay = value,
+            Axis::PowerDownDelay => state.currents.power_down_delay = value,
+            Axis::EndSwitchPowerDown => state.currents.power_down_at_switch = value != 0,
+            Axis::CoolstepThresholdSpeed => state.currents.cool_speed = value as u32,
             // Read-only, which the catalogue says.
             Axis::HomeSwitch
             | Axis::EndSwitchDistance
@@ -195,7 +273,8 @@ impl<B: Board> Module<B> {
     }
 
     fn global_row(&self, bank: u8, number: u8) -> Result<&'static GlobalParameter, Status> {
-        self.model.global_parameter(bank, number).ok_or(Status::WRONG_TYPE)
+        let row = self.model.global_parameter(bank, number);
+        row.filter(|row| self.model.has(row.since)).ok_or(Status::WRONG_TYPE)
     }
 
     pub(super) fn get_global_parameter(&mut self, bank: u8, number: u8) -> Execution {
@@ -264,6 +343,21 @@ impl<B: Board> Module<B> {
                 self.keep_global(number, value)?;
                 self.restart_heartbeat();
             }
+            Globals::EepromMagic | Globals::AsciiMode => self.keep_global(number, value)?,
+            Globals::EepromLock => {
+                let locked = match value {
+                    LOCK => 1,
+                    UNLOCK => 0,
+                    _ => return Err(Status::INVALID_VALUE),
+                };
+                // The lock itself is not under lock.
+                self.globals.set_number(number, 0);
+                self.keep_global(number, locked)?;
+            }
+            Globals::EndSwitchPolarity | Globals::ReverseShaft => {
+                self.keep_global(number, value)?;
+                self.set_up_groups();
+            }
             Globals::CodeProtection => self.set_code_protection(number, value)?,
             Globals::TickTimer => self.globals.set_ticks(self.now, value),
             Globals::RandomNumber => self.globals.seed_random(value),
@@ -287,13 +381,19 @@ impl<B: Board> Module<B> {
 
     /// Stores a number in the EEPROM.
     pub(super) fn keep(&mut self, key: Key, value: i32) -> Result<(), Status> {
+        if self.globals.has(Globals::EepromLock) && self.globals[Globals::EepromLock] != 0 {
+            return Err(Status::EEPROM_LOCKED);
+        }
         storage::store(self.board.flash(), key, value).map_err(|_| Status::EEPROM_LOCKED)
     }
 
     pub(super) fn store_global_parameter(&mut self, bank: u8, number: u8) -> Execution {
         let row = self.global_row(bank, number)?;
         if row.access.store {
-            self.keep(Key::Variable(number), self.variables[usize::from(number)])?;
+            let Outcome::Read(value) = self.get_global_parameter(bank, number)? else {
+                return Err(Status::WRONG_TYPE);
+            };
+            self.keep(stored_under(row, number), value)?;
         } else if !row.access.automatic {
             return Err(Status::WRONG_TYPE);
         }
@@ -303,12 +403,20 @@ impl<B: Board> Module<B> {
     pub(super) fn restore_global_parameter(&mut self, bank: u8, number: u8) -> Execution {
         let row = self.global_row(bank, number)?;
         if row.access.store {
-            let stored = storage::fetch(self.board.flash(), Key::Variable(number));
+            let stored = storage::fetch(self.board.flash(), stored_under(row, number));
             let stored = stored.map_err(|_| Status::EEPROM_LOCKED)?;
-            self.variables[usize::from(number)] = stored.unwrap_or_default();
+            self.set_global_parameter(bank, number, stored.unwrap_or(row.default))?;
         } else if !row.access.automatic {
             return Err(Status::WRONG_TYPE);
         }
         Ok(Outcome::Done)
+    }
+}
+
+/// Where a global parameter that is stored on request is kept.
+const fn stored_under(row: &GlobalParameter, number: u8) -> Key {
+    match row.behaviour {
+        GlobalBehaviour::Interrupts(_) => Key::Interrupt(number),
+        _ => Key::Variable(number),
     }
 }

@@ -7,14 +7,14 @@ use opentmcl_wire::Status;
 
 use super::{Execution, Outcome};
 use crate::board::Board;
+use crate::drive::REGISTERS;
 use crate::module::Module;
-use crate::tmc5160::registers::REGISTERS;
 
 impl<B: Board> Module<B> {
     pub(super) fn write_register(&mut self, address: u8, motor: u8, value: i32) -> Execution {
         let axis = self.axis(motor)?;
         check_address(address)?;
-        self.chip(axis).0.write(address, value as u32);
+        self.tmc5160(axis).0.write(address, value as u32);
         self.touch(axis);
         Ok(Outcome::Done)
     }
@@ -22,7 +22,7 @@ impl<B: Board> Module<B> {
     pub(super) fn read_register(&mut self, address: u8, motor: u8) -> Execution {
         let axis = self.axis(motor)?;
         check_address(address)?;
-        Ok(Outcome::Reply(self.chip(axis).0.read(address) as i32))
+        Ok(Outcome::Reply(self.tmc5160(axis).0.read(address) as i32))
     }
 }
 

@@ -100,20 +100,19 @@ impl<B: Board> Module<B> {
     pub(crate) fn start_search(&mut self, axis: AxisNumber) {
         self.begin_motion(axis);
         self.give_up_target(axis);
-        let (mut chip, state) = self.chip(axis);
+        let (mut drive, state) = self.drive(axis);
         let mode = state.search_mode as u8;
         let leg = Plan::of_mode(mode).first;
-        state.suspended_stops = Some(chip.read(SW_MODE));
-        chip.write_field(STOP_LEFT_ENABLE, 0);
-        chip.write_field(STOP_RIGHT_ENABLE, 0);
+        state.suspended_stops = Some(drive.suspend_stops());
         if leg.sensor == Sensor::Index {
+            let (mut chip, state) = self.tmc5160(axis);
             state.suspended_encoder_mode = Some(chip.read_field(ENCMODE_SETTINGS));
             chip.write(ENC_STATUS, ENC_STATUS_N_EVENT);
             chip.write_field(ENCMODE_ACTIONS, ENCMODE_LATCH_ONCE);
             chip.write_field(ENCMODE_CLEAR, 0);
             chip.write_field(ENCMODE_LATCH_POSITION, 1);
         }
-        state.search = Search { phase: Phase::Approaching, mode, ..Search::default() };
+        self.axes[axis].search = Search { phase: Phase::Approaching, mode, ..Search::default() };
         self.searching |= axis.bit();
         self.approach(axis, leg.direction);
         self.touch(axis);
@@ -126,14 +125,13 @@ impl<B: Board> Module<B> {
             return;
         }
         self.searching &= !axis.bit();
-        let (mut chip, state) = self.chip(axis);
+        let (mut drive, state) = self.drive(axis);
         state.search.phase = Phase::Idle;
         if let Some(stops) = state.suspended_stops.take() {
-            chip.write_field(STOP_LEFT_ENABLE, STOP_LEFT_ENABLE.extract(stops));
-            chip.write_field(STOP_RIGHT_ENABLE, STOP_RIGHT_ENABLE.extract(stops));
+            drive.restore_stops(stops);
         }
         if let Some(mode) = state.suspended_encoder_mode.take() {
-            chip.write_field(ENCMODE_SETTINGS, mode);
+            self.tmc5160(axis).0.write_field(ENCMODE_SETTINGS, mode);
         }
     }
 
@@ -176,7 +174,7 @@ impl<B: Board> Module<B> {
             }
             Phase::Leaving => {
                 let closed = self.is_actuated(axis, leg.sensor);
-                let position = self.chip(axis).0.position();
+                let position = self.drive(axis).0.position();
                 let search = &mut self.axes[axis].search;
                 if closed {
                     search.was_closed = true;
@@ -197,13 +195,13 @@ impl<B: Board> Module<B> {
             Phase::Entering => {
                 let closed = self.is_actuated(axis, leg.sensor);
                 if closed {
-                    let position = self.chip(axis).0.position();
+                    let position = self.drive(axis).0.position();
                     self.finish_leg(axis, middle(search.first_point.unwrap_or(position), position));
                 }
                 closed
             }
             Phase::Returning => {
-                let arrived = self.stands_still(axis) && self.chip(axis).0.position_reached();
+                let arrived = self.stands_still(axis) && self.drive(axis).0.position_reached();
                 if arrived {
                     self.finish_search(axis);
                 }
@@ -215,7 +213,7 @@ impl<B: Board> Module<B> {
     fn step_approach(&mut self, axis: AxisNumber, search: Search, leg: Leg) -> bool {
         if self.is_actuated(axis, leg.sensor) {
             // An axis that turns around may meet the switch on the way it came.
-            let velocity = self.chip(axis).0.velocity();
+            let velocity = self.drive(axis).0.velocity();
             self.axes[axis].search.heading = match velocity {
                 ..0 => Direction::Negative,
                 0 => search.heading,
@@ -240,7 +238,7 @@ impl<B: Board> Module<B> {
     fn begin_calibration(&mut self, axis: AxisNumber, leg: Leg) {
         if leg.sensor == Sensor::Index {
             // The chip has latched the position at the event itself.
-            let reference = self.chip(axis).0.read(XLATCH) as i32;
+            let reference = self.tmc5160(axis).0.read(XLATCH) as i32;
             self.return_to(axis, reference);
             return;
         }
@@ -288,67 +286,68 @@ impl<B: Board> Module<B> {
     /// The axis stands on the reference: this becomes the origin.
     fn finish_search(&mut self, axis: AxisNumber) {
         let has_encoder = self.has_encoder(axis);
-        let (mut chip, state) = self.chip(axis);
-        let reference = chip.position();
+        let (mut drive, state) = self.drive(axis);
+        let reference = drive.position();
         state.last_reference_position = reference;
         if state.search.is_second_leg {
             let distance = reference.wrapping_sub(state.search.first_reference);
             state.end_switch_distance = distance.wrapping_abs();
         }
         // Not in positioning mode, where a new position would make the axis move.
-        chip.rotate(state, 0);
-        chip.write(XACTUAL, 0);
+        drive.rotate(state, 0);
+        drive.set_position(0);
         if has_encoder {
-            chip.write(X_ENC, 0);
+            self.tmc5160(axis).0.write(X_ENC, 0);
         }
-        chip.move_to(state, 0);
+        let (mut drive, state) = self.drive(axis);
+        drive.move_to(state, 0);
         self.end_search(axis);
         self.forget_deviation(axis);
     }
 
     /// Turns at the search speed.
     fn approach(&mut self, axis: AxisNumber, direction: Direction) {
-        let (mut chip, state) = self.chip(axis);
+        let (mut drive, state) = self.drive(axis);
         state.search.heading = direction;
-        let speed = fast(state.search_speed, chip.state.settings);
-        chip.rotate(state, direction.velocity(speed));
+        let speed = fast(state.search_speed, drive.settings());
+        drive.rotate(state, direction.velocity(speed));
     }
 
     /// Begins a slow pass.
     fn pass(&mut self, axis: AxisNumber, phase: Phase, direction: Direction) {
-        let (mut chip, state) = self.chip(axis);
+        let (mut drive, state) = self.drive(axis);
         state.search.phase = phase;
         state.search.heading = direction;
         state.search.was_closed = false;
-        let speed = slow(state.switch_speed, state.search_speed, chip.state.settings);
-        chip.rotate(state, direction.velocity(speed));
+        let speed = slow(state.switch_speed, state.search_speed, drive.settings());
+        drive.rotate(state, direction.velocity(speed));
     }
 
     fn brake(&mut self, axis: AxisNumber, phase: Phase) {
-        let (mut chip, state) = self.chip(axis);
+        let (mut drive, state) = self.drive(axis);
         state.search.phase = phase;
-        chip.rotate(state, 0);
+        drive.rotate(state, 0);
     }
 
     fn return_to(&mut self, axis: AxisNumber, reference: i32) {
-        let (mut chip, state) = self.chip(axis);
+        let (mut drive, state) = self.drive(axis);
         state.search.phase = Phase::Returning;
-        let settings = chip.state.settings;
+        let settings = drive.settings();
         let v_max = slow(state.switch_speed, state.search_speed, settings);
-        chip.move_to_within(state, reference, Limits { v_max, ..settings });
+        drive.move_to_within(state, reference, Limits { v_max, ..settings });
     }
 
     fn stands_still(&mut self, axis: AxisNumber) -> bool {
-        self.chip(axis).0.velocity() == 0
+        self.drive(axis).0.velocity() == 0
     }
 
     fn is_actuated(&mut self, axis: AxisNumber, sensor: Sensor) -> bool {
         match sensor {
-            Sensor::Left => self.chip(axis).0.read_field(RAMP_STAT_STOP_LEFT) != 0,
-            Sensor::Right => self.chip(axis).0.read_field(RAMP_STAT_STOP_RIGHT) != 0,
+            Sensor::Left => self.drive(axis).0.limit_switches().0,
+            Sensor::Right => self.drive(axis).0.limit_switches().1,
             Sensor::Home => self.board.home_switch(axis.get()),
             Sensor::InvertedHome => !self.board.home_switch(axis.get()),
-            Sensor::Index => self.chip(axis).0.read(ENC_STATUS) & ENC_STATUS_N_EVENT != 0,
+            Sensor::Index => self.tmc5160(axis).0.read(ENC_STATUS) & ENC_STATUS_N_EVENT != 0,
         }
     }
 }

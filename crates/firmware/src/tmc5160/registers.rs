@@ -1,7 +1,6 @@
 //! Addresses and bit fields of the TMC5160 (datasheet chapter 6).
 
-/// Number of registers; addresses have seven bits.
-pub(crate) const REGISTERS: usize = 128;
+pub(crate) use crate::field::{Field, sign_extend};
 
 pub(crate) const GCONF: u8 = 0x00;
 pub(crate) const SHORT_CONF: u8 = 0x09;
@@ -78,49 +77,6 @@ pub(crate) const INITIAL: [(u8, u32); 7] = [
     (PWMCONF, 0xC40C_001E),
     (RAMPMODE, RAMPMODE_POSITION),
 ];
-
-/// Some bits of a register.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Field {
-    pub(crate) register: u8,
-    shift: u8,
-    width: u8,
-}
-
-impl Field {
-    const fn new(register: u8, shift: u8, width: u8) -> Self {
-        Self { register, shift, width }
-    }
-
-    /// The whole register.
-    pub(crate) const fn whole(register: u8) -> Self {
-        Self::new(register, 0, 32)
-    }
-
-    const fn mask(self) -> u32 {
-        if self.width >= 32 { u32::MAX } else { (1 << self.width) - 1 }
-    }
-
-    pub(crate) const fn extract(self, register: u32) -> u32 {
-        (register >> (self.shift % 32)) & self.mask()
-    }
-
-    pub(crate) const fn insert(self, register: u32, value: u32) -> u32 {
-        let shift = self.shift % 32;
-        (register & !(self.mask() << shift)) | ((value & self.mask()) << shift)
-    }
-
-    /// The field's value as a signed number.
-    pub(crate) const fn signed(self, value: u32) -> i32 {
-        sign_extend(value, self.width)
-    }
-}
-
-/// The lower `width` bits as a signed number.
-pub(crate) const fn sign_extend(value: u32, width: u8) -> i32 {
-    let unused = 32 - if width > 32 || width == 0 { 32 } else { width } as u32;
-    ((value << unused) as i32) >> unused
-}
 
 pub(crate) const GCONF_STEALTHCHOP: Field = Field::new(GCONF, 2, 1);
 pub(crate) const GCONF_SHAFT: Field = Field::new(GCONF, 4, 1);

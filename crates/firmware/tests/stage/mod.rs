@@ -4,11 +4,10 @@
 //! The machine stands at `origin` + position counter. What changes by itself is found by looking at each
 //! millisecond and then halving, so that the firmware hears of it in the very clock.
 
-use std::ops::Range;
+mod flash;
 
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use flash::Flash;
 use opentmcl_catalog::TMCM_6214;
-use opentmcl_firmware::storage::FLASH_SIZE;
 use opentmcl_firmware::{Analog, Answer, Board, Config, Module};
 use opentmcl_motion::ramp::{Limits, Mode, Ramp};
 use opentmcl_wire::{Instant, mnemonic};
@@ -20,49 +19,6 @@ const MILLISECOND: u64 = 16_000;
 const HORIZON: u64 = 500;
 /// How often a switch changes within its bouncing time.
 const BOUNCES: u64 = 6;
-
-/// A flash as large as the firmware needs it.
-pub(crate) struct Flash(Vec<u8>);
-
-impl Flash {
-    fn range(&self, offset: u32, len: usize) -> Result<Range<usize>, NorFlashErrorKind> {
-        let range = offset as usize..offset as usize + len;
-        if range.end <= self.0.len() { Ok(range) } else { Err(NorFlashErrorKind::OutOfBounds) }
-    }
-}
-
-impl ErrorType for Flash {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        let range = self.range(offset, bytes.len())?;
-        bytes.copy_from_slice(&self.0[range]);
-        Ok(())
-    }
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = 4096;
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        let range = self.range(offset, bytes.len())?;
-        for (cell, byte) in self.0[range].iter_mut().zip(bytes) {
-            *cell &= byte;
-        }
-        Ok(())
-    }
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        let range = self.range(from, (to - from) as usize)?;
-        self.0[range].fill(0xFF);
-        Ok(())
-    }
-}
 
 /// A switch that closes within its range and opens beyond its hysteresis.
 #[derive(Clone, Copy)]
@@ -149,7 +105,7 @@ impl Stage {
             is_past_index: false,
             stall_at: None,
             outputs: 0,
-            flash: Flash(vec![0xFF; FLASH_SIZE]),
+            flash: Flash::new(),
         }
     }
 

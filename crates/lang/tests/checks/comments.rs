@@ -36,10 +36,9 @@ fn an_unknown_module_is_told_with_the_nearest_one() {
         "// module: tmcm-6241\nSTOP",
         &["tmcm-6241 | there is no module tmcm-6241 | did you mean tmcm-6214?"],
     );
-    says(
-        "// module: arduino\nSTOP",
-        &["arduino | there is no module arduino | write one of tmcm-6214"],
-    );
+    let names: Vec<_> = opentmcl_catalog::MODULES.iter().map(|module| module.name).collect();
+    let help = format!("arduino | there is no module arduino | write one of {}", names.join(", "));
+    says("// module: arduino\nSTOP", &[&help]);
 }
 
 #[test]

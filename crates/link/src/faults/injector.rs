@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use opentmcl_wire::Instant;
+use opentmcl_wire::ascii::REPLY_MAX;
 use opentmcl_wire::serial::{BYTE_TIMEOUT, FRAME_LEN};
 
 use super::counts::Counts;
@@ -133,6 +134,14 @@ impl Injector {
 impl Piece {
     const fn empty() -> Self {
         Self { bytes: [0; MAX_PIECE], len: 0, delay: Duration::ZERO }
+    }
+
+    /// A few bytes that no fault meets, at most a reply in text.
+    pub(crate) fn unharmed(bytes: &[u8]) -> Self {
+        const { assert!(REPLY_MAX <= MAX_PIECE) };
+        let mut piece = Self::empty();
+        piece.push(bytes);
+        piece
     }
 
     fn push(&mut self, bytes: &[u8]) {

@@ -7,6 +7,9 @@
 //! What happens to a frame depends on the seed, the direction and the number of the frame alone, not
 //! on the time and not on the other faults. The same conversation with the same seed therefore meets
 //! the same faults, and one more fault changes nothing about those that were there before.
+//!
+//! Text of the ASCII interface is no frame: it meets no faults and is not counted. It keeps its place behind
+//! frames that are late.
 
 mod counts;
 mod injector;

@@ -1,15 +1,23 @@
 //! One client's line.
+//!
+//! What comes from the client is frames or, in the device's ASCII mode, text. The device is asked before each
+//! byte that arrives, since the last one may have changed it.
+//!
+//! Faults act on frames. Text passes unharmed, but overtakes nothing that was sent before it. A client that
+//! does not wait for the reply to command 139 types into a line that still carries frames: what it types
+//! meets their faults, and is lost where it fills no frame.
 
 use std::collections::VecDeque;
 use std::net::TcpStream;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Duration;
 
-use opentmcl_wire::serial::{Decoder, FRAME_LEN, Request, WrongChecksum};
+use opentmcl_wire::serial::{Decoder, FRAME_LEN};
+use opentmcl_wire::{Instant, Outgoing};
 use rustix::event::PollFlags;
 use rustix::io::Errno;
 
-use super::{Peer, READ_BUFFER, ServedPort};
+use super::{Device, Peer, READ_BUFFER, ServedPort};
 use crate::clock::line_time;
 use crate::faults::{Framer, Injector, Piece};
 use crate::pty::Pty;
@@ -17,7 +25,7 @@ use crate::pty::Pty;
 /// Replies that a TCP client may leave unread before it is dropped, in bytes.
 const MAX_UNSENT: usize = 64 * 1024;
 
-/// Frames that a slow line keeps on their way; what comes on top is lost.
+/// Frames and texts that a slow line keeps on their way; what comes on top is lost.
 const MAX_HELD: usize = 4096;
 
 #[derive(Debug)]
@@ -65,7 +73,7 @@ impl Channel {
             listened: Duration::ZERO,
             requests: Delayed::default(),
             replies: Delayed::default(),
-            // Room for the replies to one full read, so that serving a request allocates nothing.
+            // Room for the replies to one full read of frames, so that serving a request allocates nothing.
             unsent: Vec::with_capacity(READ_BUFFER + FRAME_LEN),
             open: true,
         }
@@ -93,37 +101,68 @@ impl Channel {
         0
     }
 
-    /// A byte has come from the client at this time of the line. What reaches the module of it and
-    /// completes a request goes to `arrived`.
+    /// A byte has come from the client at this time of the line. Whether the device has been given
+    /// something.
     pub(super) fn push(
         &mut self,
         byte: u8,
         now: Duration,
         port: &mut ServedPort,
-        mut arrived: impl FnMut(Result<Request, WrongChecksum>),
-    ) {
+        device: &mut impl Device,
+    ) -> bool {
         let time = line_time(self.listened);
-        if port.requests.is_idle() && self.requests.is_empty() {
-            if let Some(request) = self.decoder.push(byte, time) {
+        if device.takes_text(self.peer) {
+            !self.requests.hold_up(&[byte]) && self.arrive(byte, time, device)
+        } else if port.requests.is_idle() && self.requests.is_empty() {
+            let asked = self.arrive(byte, time, device);
+            if asked {
                 port.requests.pass();
-                arrived(request);
             }
+            asked
         } else if let Some(frame) = self.framer.push(byte, time)
             && let Some(piece) = self.requests.send(frame, now, &mut port.requests)
         {
-            let decoder = &mut self.decoder;
-            let bytes = piece.bytes().iter();
-            bytes.filter_map(|&byte| decoder.push(byte, time)).for_each(arrived);
+            self.arrive_all(&piece, time, device)
+        } else {
+            false
         }
     }
 
-    /// The module sends this frame.
-    pub(super) fn reply(&mut self, frame: [u8; FRAME_LEN], now: Duration, port: &mut ServedPort) {
-        if port.replies.is_idle() && self.replies.is_empty() {
-            port.replies.pass();
-            self.unsent.extend_from_slice(&frame);
-        } else if let Some(piece) = self.replies.send(frame, now, &mut port.replies) {
-            self.unsent.extend_from_slice(piece.bytes());
+    /// A byte has reached the device. Whether it was given something.
+    fn arrive(&mut self, byte: u8, time: Instant, device: &mut impl Device) -> bool {
+        if device.takes_text(self.peer) {
+            device.receive_key(self.peer, byte);
+            return true;
+        }
+        let request = self.decoder.push(byte, time);
+        request.map(|request| device.receive(self.peer, request)).is_some()
+    }
+
+    fn arrive_all(&mut self, piece: &Piece, time: Instant, device: &mut impl Device) -> bool {
+        let mut asked = false;
+        for &byte in piece.bytes() {
+            asked |= self.arrive(byte, time, device);
+        }
+        asked
+    }
+
+    /// The device sends this.
+    pub(super) fn reply(&mut self, content: Outgoing, now: Duration, port: &mut ServedPort) {
+        match content {
+            Outgoing::Text(text) => {
+                if !self.replies.hold_up(text.as_bytes()) {
+                    self.unsent.extend_from_slice(text.as_bytes());
+                }
+            }
+            Outgoing::Frame(frame) if port.replies.is_idle() && self.replies.is_empty() => {
+                port.replies.pass();
+                self.unsent.extend_from_slice(&frame);
+            }
+            Outgoing::Frame(frame) => {
+                if let Some(piece) = self.replies.send(frame, now, &mut port.replies) {
+                    self.unsent.extend_from_slice(piece.bytes());
+                }
+            }
         }
     }
 
@@ -132,19 +171,11 @@ impl Channel {
         self.requests.due().into_iter().chain(self.replies.due()).min()
     }
 
-    /// Lets arrive what is due; requests go to `arrived`.
-    pub(super) fn release(
-        &mut self,
-        now: Duration,
-        mut arrived: impl FnMut(Result<Request, WrongChecksum>),
-    ) {
+    /// Lets arrive what is due.
+    pub(super) fn release(&mut self, now: Duration, device: &mut impl Device) {
         while let Some(piece) = self.requests.release(now) {
             let time = line_time(self.listened);
-            for &byte in piece.bytes() {
-                if let Some(request) = self.decoder.push(byte, time) {
-                    arrived(request);
-                }
-            }
+            self.arrive_all(&piece, time, device);
         }
         while let Some(piece) = self.replies.release(now) {
             self.unsent.extend_from_slice(piece.bytes());
@@ -220,6 +251,17 @@ impl Delayed {
             line.overflow();
         }
         None
+    }
+
+    /// Sends text, which waits for what is on its way; false if there is nothing, and it arrives at once.
+    fn hold_up(&mut self, text: &[u8]) -> bool {
+        let Some(&(due, _)) = self.pieces.back() else {
+            return false;
+        };
+        if self.pieces.len() < MAX_HELD {
+            self.pieces.push_back((due, Piece::unharmed(text)));
+        }
+        true
     }
 
     fn due(&self) -> Option<Duration> {

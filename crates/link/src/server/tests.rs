@@ -3,15 +3,16 @@ use crate::connection::{Client, Connection, ConnectionError};
 use crate::control::{ControlClient, ControlClientError, MAX_CONTROL_CLIENTS, MAX_CONTROL_LINE};
 use crate::faults::Fault;
 use crate::uri::{PortUri, Uri};
-use opentmcl_wire::serial::{decode_reply, encode_reply, encode_request};
+use opentmcl_wire::ascii::Text;
+use opentmcl_wire::serial::{FRAME_LEN, decode_reply, encode_reply, encode_request};
 use opentmcl_wire::{Command, Reply, Status, control};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::os::unix::net::UnixStream;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// Answers with the value of the request; what else it does depends on the command number.
 struct Echo {
@@ -22,10 +23,13 @@ struct Echo {
     /// Real time that advancing takes for each second of its own, and until when.
     slowness: f64,
     slow_until: Instant,
-    replies: VecDeque<(Instant, Peer, [u8; FRAME_LEN])>,
+    replies: VecDeque<(Instant, Peer, Outgoing)>,
     advanced: Arc<AtomicU64>,
     /// Clients of the control socket that want to know of every request.
     watchers: Vec<u8>,
+    /// Who sends text, each with what has come of a line.
+    texts: Vec<(Peer, Vec<u8>)>,
+    ended: Arc<Mutex<Vec<Peer>>>,
 }
 
 /// Replies with the device's time in microseconds.
@@ -78,12 +82,41 @@ impl Device for Echo {
                 Reply { status: Status::OK, number: command.number, value }
             }
         };
-        self.replies.push_back((due, from, encode_reply(2, 1, reply)));
+        self.replies.push_back((due, from, Outgoing::Frame(encode_reply(2, 1, reply))));
+        if reply.number == control::ASCII_MODE {
+            self.texts.push((from, Vec::new()));
+        }
         if reply.number == REPLY_TWICE {
             let second = Reply { status: Status::DELAYED, ..reply };
             let due = self.now + micros(reply.value as u64);
-            self.replies.push_back((due, from, encode_reply(2, 1, second)));
+            self.replies.push_back((due, from, Outgoing::Frame(encode_reply(2, 1, second))));
         }
+    }
+
+    fn takes_text(&self, from: Peer) -> bool {
+        self.texts.iter().any(|(peer, _)| *peer == from)
+    }
+
+    /// Echoes each key; a line ends with CR and is answered by `!`. The line BIN is the last.
+    fn receive_key(&mut self, from: Peer, byte: u8) {
+        let (_, line) = self.texts.iter_mut().find(|(peer, _)| *peer == from).unwrap();
+        line.push(byte);
+        let is_last = line == b"BIN\r";
+        let mut text = Text::new();
+        text.push(&[byte]);
+        if byte == b'\r' {
+            line.clear();
+            text.push(b"!");
+        }
+        self.replies.push_back((self.now, from, Outgoing::Text(text)));
+        if is_last {
+            self.texts.retain(|(peer, _)| *peer != from);
+        }
+    }
+
+    fn connection_ended(&mut self, peer: Peer) {
+        self.texts.retain(|(other, _)| *other != peer);
+        self.ended.lock().unwrap().push(peer);
     }
 
     /// Says the line again; some words have a meaning.
@@ -101,6 +134,12 @@ impl Device for Echo {
             Ok("counts") => {
                 let dropped = |port: &ServedPort| port.reply_counts()[Fault::Drop];
                 let counts: Vec<u64> = ports.iter().map(dropped).collect();
+                answer.push_str(&format!("{counts:?}"));
+            }
+            Ok("frames") => {
+                let frames =
+                    |port: &ServedPort| (port.request_counts().frames, port.reply_counts().frames);
+                let counts: Vec<_> = ports.iter().map(frames).collect();
                 answer.push_str(&format!("{counts:?}"));
             }
             Ok(line) => match line.strip_prefix("faults ").map(str::parse::<Faults>) {
@@ -122,9 +161,9 @@ impl Device for Echo {
         }
     }
 
-    fn transmit(&mut self) -> Option<(Peer, [u8; FRAME_LEN])> {
+    fn transmit(&mut self) -> Option<(Peer, Outgoing)> {
         let at = self.replies.iter().position(|&(due, ..)| due <= self.now)?;
-        self.replies.remove(at).map(|(_, peer, frame)| (peer, frame))
+        self.replies.remove(at).map(|(_, peer, content)| (peer, content))
     }
 }
 
@@ -134,6 +173,7 @@ struct Served {
     address: std::net::SocketAddr,
     control: std::path::PathBuf,
     advanced: Arc<AtomicU64>,
+    ended: Arc<Mutex<Vec<Peer>>>,
     stop: Option<UnixStream>,
     thread: Option<std::thread::JoinHandle<io::Result<()>>>,
     _folder: tempfile::TempDir,
@@ -160,6 +200,7 @@ fn start(speed: f64, faults: Faults, prepare: impl FnOnce(&mut Echo)) -> Served 
     let control = folder.path().join("control");
     let socket = ControlSocket::bind(&control).unwrap();
     let advanced = Arc::new(AtomicU64::new(0));
+    let ended = Arc::default();
     let mut device = Echo {
         now: Instant::from_ticks(0),
         alarm: None,
@@ -169,6 +210,8 @@ fn start(speed: f64, faults: Faults, prepare: impl FnOnce(&mut Echo)) -> Served 
         replies: VecDeque::new(),
         advanced: Arc::clone(&advanced),
         watchers: Vec::new(),
+        texts: Vec::new(),
+        ended: Arc::clone(&ended),
     };
     prepare(&mut device);
     let (stop, stopped) = UnixStream::pair().unwrap();
@@ -178,7 +221,7 @@ fn start(speed: f64, faults: Faults, prepare: impl FnOnce(&mut Echo)) -> Served 
     let speed = Speed::new(speed).unwrap();
     let thread = std::thread::spawn(move || server.run(stopped, speed));
     let (stop, thread) = (Some(stop), Some(thread));
-    Served { path, address, control, advanced, stop, thread, _folder: folder }
+    Served { path, address, control, advanced, ended, stop, thread, _folder: folder }
 }
 
 impl Served {
@@ -567,3 +610,4 @@ fn what_cannot_be_opened_is_explained() {
 
 mod desk;
 mod faults;
+mod text;

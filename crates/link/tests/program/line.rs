@@ -181,8 +181,8 @@ impl FaultyLine {
     }
 
     fn take_what_has_come(&mut self) {
-        while let Some((_, frame)) = self.module.transmit() {
-            self.reply(frame);
+        while let Some((_, content)) = self.module.transmit() {
+            self.reply(content.frame().expect("a module in binary mode"));
         }
         while self.underway.front().is_some_and(|(due, _)| *due <= self.module.now()) {
             self.arrived.extend(self.underway.pop_front().unwrap().1);

@@ -107,7 +107,7 @@ impl Tmc26x {
     }
 
     /// Binary logarithm of the 1/256 steps in one microstep.
-    fn resolution(&self) -> u32 {
+    pub(crate) fn resolution(&self) -> u32 {
         self.field(MRES).min(FULL_STEP_SHIFT)
     }
 }

@@ -1,6 +1,6 @@
 //! An axis: motor, transmission, and what its machine is made of.
 
-use opentmcl_catalog::{AxisBehaviour, Module, Tmc5160};
+use opentmcl_catalog::{AxisBehaviour, Module, Motion, Tmc5160};
 use opentmcl_plant::machine::{Encoder, Machine, Motor, Switches};
 
 use super::machine::{load, place, stage, switch, way};
@@ -27,6 +27,15 @@ const KEYS: [&str; 10] = [
 /// `[[module.axis]]`.
 pub(super) fn axes<'a>(reader: &mut Reader<'a>, table: &Table<'a>, setup: &mut ModuleSetup) {
     for value in tables(reader, table, "axis", "[[module.axis]]") {
+        if setup.model.motion != Motion::Tmc5160 {
+            let message = format!(
+                "the axes of the {} have no machines yet: their motors follow every step; leave \
+                 [[module.axis]] out, and press and release their switches by hand",
+                setup.model.title
+            );
+            reader.mistake(value.span(), message);
+            return;
+        }
         let Some(table) = reader.table(value, "an axis", &KEYS) else { continue };
         let number = reader.required(&table, "axis", "axis = 0");
         let number = number.and_then(|value| {

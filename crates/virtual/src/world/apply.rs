@@ -121,7 +121,7 @@ impl<F: NorFlash> VirtualModule<F> {
                 if let Some(hands) = self.hands(axis) {
                     *hands.held_mut(switch) = held;
                 }
-                self.at_axis(axis, |axis, now| axis.hold_switch(switch, held, now));
+                self.hardware().hold_switch(axis, switch, held);
             }
             Action::Load { axis, push } => {
                 let torque = match push {

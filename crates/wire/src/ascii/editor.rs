@@ -72,6 +72,11 @@ impl LineEditor {
         Self { line: [0; ECHO_MAX], len: 0, address: 0, last: 0 }
     }
 
+    /// Whether no line has begun, or all of it has been taken back.
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
     /// Takes the next byte, as the module that has this `address` and `echo`. Both may change at any time;
     /// a new address holds from the next line on.
     pub fn push(&mut self, byte: u8, address: u8, echo: Echo) -> Typed<'_> {
@@ -260,6 +265,20 @@ mod tests {
         assert_eq!(type_as(b" 1\r", 2), Some(stop(1)));
         assert_eq!(type_as(b"AMST 1\r", 2), None);
         assert_eq!(type_as(b"BMST 1\r", 2), Some(stop(1)));
+    }
+
+    #[test]
+    fn an_editor_is_empty_between_two_lines_and_after_backspaces() {
+        let mut editor = LineEditor::new();
+        let mut is_empty_after = |byte| {
+            editor.push(byte, 1, Echo::Off);
+            editor.is_empty()
+        };
+        // The line of another module is one, too.
+        let keys = [(b' ', true), (b'B', false), (b'1', false), (8, false), (8, true), (8, true)];
+        for (key, is_empty) in keys.into_iter().chain([(b'B', false), (CR, true)]) {
+            assert_eq!(is_empty_after(key), is_empty, "{key}");
+        }
     }
 
     #[test]

@@ -40,10 +40,12 @@
 mod editor;
 mod reply;
 mod request;
+mod text;
 
 pub use editor::{ECHO_MAX, LineEditor, Typed};
-pub use reply::{REPLY_MAX, ReplyText, encode_reply};
+pub use reply::{REPLY_MAX, encode_reply};
 pub use request::{LINE_MAX, Request, parse_line};
+pub use text::Text;
 
 /// The letter that stands for the address of a module or a host, `A` for 1; there are 26.
 pub const fn letter(address: u8) -> Option<u8> {

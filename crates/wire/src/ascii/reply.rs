@@ -1,52 +1,11 @@
 //! A reply as text.
 
-use super::letter;
+use super::{Text, letter};
 use crate::Reply;
 
 /// The longest reply in bytes: two letters, a status of three digits, the smallest value with its sign, two
 /// blanks and CR.
 pub const REPLY_MAX: usize = 2 + 1 + 3 + 1 + 11 + 1;
-
-/// A reply as the module sends it to a terminal, CR included.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ReplyText {
-    bytes: [u8; REPLY_MAX],
-    len: usize,
-}
-
-impl ReplyText {
-    /// The bytes to send, at most [`REPLY_MAX`].
-    pub fn as_bytes(&self) -> &[u8] {
-        self.bytes.get(..self.len).unwrap_or_default()
-    }
-
-    fn push(&mut self, byte: u8) {
-        if let Some(place) = self.bytes.get_mut(self.len) {
-            *place = byte;
-            self.len += 1;
-        }
-    }
-
-    fn push_number(&mut self, number: i32) {
-        if number < 0 {
-            self.push(b'-');
-        }
-        let mut rest = number.unsigned_abs();
-        let mut digits = [0; 10];
-        let mut count = 0;
-        for digit in &mut digits {
-            *digit = b'0' + (rest % 10) as u8;
-            count += 1;
-            rest /= 10;
-            if rest == 0 {
-                break;
-            }
-        }
-        for &digit in digits.iter().take(count).rev() {
-            self.push(digit);
-        }
-    }
-}
 
 /// The reply of the module with one address to the host with another: `BA 100 -5000` and CR. An address
 /// without letter is written as `?`; the number of the command is not part of the text.
@@ -58,17 +17,37 @@ impl ReplyText {
 /// let reply = Reply { status: Status::OK, number: 6, value: -5000 };
 /// assert_eq!(encode_reply(2, 1, reply).as_bytes(), b"BA 100 -5000\r");
 /// ```
-pub fn encode_reply(host: u8, module: u8, reply: Reply) -> ReplyText {
-    let mut text = ReplyText { bytes: [0; REPLY_MAX], len: 0 };
+pub fn encode_reply(host: u8, module: u8, reply: Reply) -> Text {
+    let mut text = Text::new();
     for address in [host, module] {
-        text.push(letter(address).unwrap_or(b'?'));
+        text.push(&[letter(address).unwrap_or(b'?')]);
     }
     for number in [i32::from(reply.status.0), reply.value] {
-        text.push(b' ');
-        text.push_number(number);
+        text.push(b" ");
+        push_number(&mut text, number);
     }
-    text.push(b'\r');
+    text.push(b"\r");
     text
+}
+
+fn push_number(text: &mut Text, number: i32) {
+    if number < 0 {
+        text.push(b"-");
+    }
+    let mut rest = number.unsigned_abs();
+    let mut digits = [0; 10];
+    let mut count = 0;
+    for digit in &mut digits {
+        *digit = b'0' + (rest % 10) as u8;
+        count += 1;
+        rest /= 10;
+        if rest == 0 {
+            break;
+        }
+    }
+    for &digit in digits.iter().take(count).rev() {
+        text.push(&[digit]);
+    }
 }
 
 #[cfg(test)]
