@@ -68,13 +68,18 @@ fn axis(text: &mut String, random: &mut Random, number: u64) {
     }
 }
 
-fn scenario(random: &mut Random) -> (String, Vec<u64>) {
+/// Of the modules, one has its own units, and no machines.
+fn scenario(random: &mut Random) -> (String, Vec<u64>, i32) {
+    if random.chance(2) {
+        let text = String::from("[[module]]\nname = \"m\"\nmodel = \"tmcm-6110\"\n");
+        return (text, Vec::new(), 2047);
+    }
     let mut text = String::from("[[module]]\nname = \"m\"\nmodel = \"tmcm-6214\"\n");
     let axes: Vec<u64> = (0..6).filter(|_| random.chance(4)).collect();
     for &number in &axes {
         axis(&mut text, random, number);
     }
-    (text, axes)
+    (text, axes, 100_000)
 }
 
 fn action(random: &mut Random, axis: u64) -> String {
@@ -94,9 +99,15 @@ fn action(random: &mut Random, axis: u64) -> String {
     }
 }
 
-fn command(random: &mut Random, axis: u64) -> Command {
+/// What can be done to an axis without a machine.
+fn touch(random: &mut Random, axis: u64) -> String {
+    let switch = random.one(&["left", "right", "home"]);
+    format!("{} {switch} axis {axis}", random.one(&["press", "release", "free"]))
+}
+
+fn command(random: &mut Random, axis: u64, fastest: i32) -> Command {
     let axis = axis as u8;
-    let value = random.below(200_000) as i32 - 100_000;
+    let value = random.below(2 * fastest as u64) as i32 - fastest;
     match random.below(7) {
         0 => Command::new(Opcode::Ror.number(), 0, axis, value.abs()),
         1 => Command::new(Opcode::Rol.number(), 0, axis, value.abs()),
@@ -161,7 +172,7 @@ fn whatever_happens_to_a_machine_it_stays_within_its_bounds() {
     let count: u64 = count.map_or(60, |count| count.parse().expect("a number of scenarios"));
     for seed in 0..count {
         let mut random = Random(seed);
-        let (text, axes) = scenario(&mut random);
+        let (text, axes, fastest) = scenario(&mut random);
         let mut time = Instant::from_ticks(0);
         let mut deeds = Vec::new();
         for _ in 0..20 {
@@ -170,10 +181,15 @@ fn whatever_happens_to_a_machine_it_stays_within_its_bounds() {
                 0 => random.below(6),
                 count => axes[random.below(count) as usize],
             };
-            let deed = if random.chance(4) && !axes.is_empty() {
-                Deed::Line(action(&mut random, axis))
+            let deed = if random.chance(4) {
+                let has_machine = !axes.is_empty();
+                Deed::Line(if has_machine {
+                    action(&mut random, axis)
+                } else {
+                    touch(&mut random, axis)
+                })
             } else {
-                Deed::Command(command(&mut random, axis))
+                Deed::Command(command(&mut random, axis, fastest))
             };
             deeds.push((time, deed));
         }
