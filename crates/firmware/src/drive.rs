@@ -7,7 +7,7 @@ use opentmcl_motion::interpolation::Limits;
 use crate::axis::{AxisNumber, AxisState};
 use crate::board::Board;
 use crate::module::Module;
-use crate::{tmc429, tmc5160};
+use crate::{tmc429, tmc5160, units};
 
 /// Registers of an axis on the board; addresses have seven bits.
 pub(crate) const REGISTERS: usize = 128;
@@ -96,6 +96,14 @@ impl<B: Board> Drive<'_, B> {
     /// The speed in the chip's unit.
     pub(crate) fn velocity(&mut self) -> i32 {
         either!(self, chip => chip.velocity())
+    }
+
+    /// The speed in microsteps per second, away from zero.
+    pub(crate) fn pps(&mut self) -> i32 {
+        match self {
+            Self::Tmc5160(chip) => units::speed_from_register(i64::from(chip.velocity())),
+            Self::Tmc429(chip) => chip.pps(),
+        }
     }
 
     /// Whether target and actual position are equal.

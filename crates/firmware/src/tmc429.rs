@@ -17,6 +17,7 @@
 pub(crate) mod parameters;
 pub(crate) mod registers;
 
+use opentmcl_motion::TICKS_PER_SECOND;
 use opentmcl_motion::interpolation::Limits;
 use opentmcl_motion::ticked::{BrakingFactor, braking_factor};
 
@@ -96,6 +97,13 @@ impl<B: Board> Chip<'_, B> {
 
     pub(crate) fn velocity(&mut self) -> i32 {
         sign_extend(self.read(V_ACTUAL), 12)
+    }
+
+    /// The speed in microsteps per second, away from zero: v * 16 MHz / 2^(16 + PULSE_DIV).
+    pub(crate) fn pps(&mut self) -> i32 {
+        let scaled = i64::from(self.velocity()) * TICKS_PER_SECOND as i64;
+        let divisor = 1 << (16 + self.read_field(PULSE_DIV));
+        (scaled / divisor + (scaled % divisor).signum()) as i32
     }
 
     pub(crate) fn is_positioning(&mut self) -> bool {

@@ -13,7 +13,6 @@ use crate::axis::AxisNumber;
 use crate::board::Board;
 use crate::cpu::{Cpu, Flags, Mode};
 use crate::module::Module;
-use crate::units;
 
 /// A command that a program has executed, and the interpreter's registers after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -224,6 +223,6 @@ impl<B: Board> Module<B> {
     /// none if there is no such axis.
     pub fn speed(&mut self, axis: u8) -> Option<i32> {
         let axis = AxisNumber::new(axis, self.model.axes)?;
-        Some(units::speed_from_register(i64::from(self.drive(axis).0.velocity())))
+        Some(self.drive(axis).0.pps())
     }
 }
