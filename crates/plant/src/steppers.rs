@@ -27,6 +27,9 @@ const DRIVER: u8 = 0x40;
 /// IF_CONFIGURATION: the direction pins of the three axes are inverted.
 const INVERT_DIRECTION: u32 = 1 << 4;
 
+/// The scale of currents with the low sense voltage (VSENSE = 1), for which modules are made.
+const LOW_SCALE: f64 = 136.0;
+
 /// Microsteps per second of a speed of 1 with a pulse divisor of 0.
 const UNIT: f64 = 16e6 / 65_536.0;
 
@@ -53,12 +56,13 @@ struct Stepper {
 pub struct Steppers {
     controllers: Vec<Tmc429>,
     axes: Vec<Stepper>,
-    /// Amplitude of the phase currents at full scale in ampere.
+    /// Amplitude of the phase currents at full scale in ampere, with the low sense voltage.
     full_scale: f64,
 }
 
 impl Steppers {
-    /// So many axes, switched on at time 0, with drivers of this full scale (amplitude, ampere).
+    /// So many axes, switched on at time 0, with drivers of this full scale (amplitude in
+    /// ampere, with the low sense voltage).
     pub fn new(axes: u8, full_scale: f64) -> Self {
         let axes = usize::from(axes);
         let stepper = Stepper { driver: Tmc26x::new(), held: [None; 3], pulses: 0, rotor: 0.0 };
@@ -167,7 +171,7 @@ impl Steppers {
             stallguard: 0,
             current: match coils {
                 Coils::Driven { scale, global } => {
-                    self.full_scale * f64::from(scale) / 32.0 * f64::from(global) / 256.0
+                    self.full_scale * f64::from(scale) / 32.0 * f64::from(global) / LOW_SCALE
                 }
                 Coils::Off | Coils::Shorted => 0.0,
             },
