@@ -61,7 +61,6 @@ impl<B: Board> Chip<'_, B> {
         field.extract(self.read(field.register))
     }
 
-    /// Writes a field if it has another value.
     pub(crate) fn write_field(&mut self, field: Field, value: u32) {
         let before = self.read(field.register);
         self.write(field.register, field.insert(before, value));

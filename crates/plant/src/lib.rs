@@ -16,6 +16,7 @@
 //! and products. So the same accesses give the same answers on every platform.
 #![forbid(unsafe_code)]
 
+mod access;
 pub mod axis;
 mod coolstep;
 pub mod driver;

@@ -6,18 +6,7 @@
 //! Source: data sheet of the TMC429, chapters 9 and 10; places of the fields also from the vendor's open
 //! driver library.
 
-/// What reading and writing a register does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Access {
-    /// Writing has no effect on what is read.
-    ReadOnly,
-    /// Reads as 0.
-    WriteOnly,
-    /// Reads as written, or as the chip has changed it since.
-    ReadWrite,
-    /// As `ReadWrite`, but writing a 1 to one of these bits clears it and a 0 leaves it.
-    WriteOneToClear(u32),
-}
+pub use crate::access::Access;
 
 /// One register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -3,18 +3,7 @@
 //! Source: datasheet of the TMC5160/A, chapter 6. Where it names no reset value, the value is the one
 //! that the vendor's open driver library starts from, or 0.
 
-/// What reading and writing a register does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Access {
-    /// Writing has no effect.
-    ReadOnly,
-    /// Reads as 0.
-    WriteOnly,
-    /// Reads as written, or as the chip has changed it since.
-    ReadWrite,
-    /// Writing a 1 to one of these bits clears it; other bits do not take writes.
-    WriteOneToClear(u32),
-}
+pub use crate::access::Access;
 
 /// One register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
