@@ -4,6 +4,7 @@ use core::ops::ControlFlow;
 
 use opentmcl_catalog::{
     self as catalog, AxisBehaviour, AxisParameter, GlobalBehaviour, Globals, Motion, PortBehaviour,
+    Variables,
 };
 use opentmcl_wire::limits::{COORDINATES, VARIABLES};
 use opentmcl_wire::{Duration, Instant, Outgoing, Status, TICKS_PER_SECOND, serial};
@@ -101,6 +102,8 @@ pub struct Module<B> {
     pub(crate) outbox: Outbox,
     pub(crate) terminals: Terminals,
     pub(crate) digital_outputs: u8,
+    /// Whether the motors had their supply when this was looked at last.
+    had_motor_supply: bool,
 }
 
 impl<B: Board> Module<B> {
@@ -140,6 +143,7 @@ impl<B: Board> Module<B> {
             outbox: Outbox::new(),
             terminals: Terminals::new(false),
             digital_outputs: 0,
+            had_motor_supply: true,
         };
         module.start();
         module
@@ -158,6 +162,7 @@ impl<B: Board> Module<B> {
         for axis in AxisNumber::all(self.model.axes) {
             self.set_up_axis(axis);
         }
+        self.had_motor_supply = self.has_motor_supply();
         self.set_up_groups();
         self.levels = self.read_levels();
         self.tend(u8::MAX);
@@ -276,6 +281,35 @@ impl<B: Board> Module<B> {
             || self.board.analog(Analog::SupplyVoltage) >= LEAST_MOTOR_SUPPLY
     }
 
+    /// When the motors get their supply back, the user variables are as after power-up: clients tell by
+    /// them that it was gone.
+    fn observe_supply(&mut self) {
+        let has_supply = self.has_motor_supply();
+        if has_supply && !self.had_motor_supply {
+            self.restore_variables();
+        }
+        self.had_motor_supply = has_supply;
+    }
+
+    fn restore_variables(&mut self) {
+        self.variables = [0; VARIABLES];
+        if self.globals[Globals::DoNotRestoreUserVariables] != 0 {
+            return;
+        }
+        let variables = GlobalBehaviour::Variables(Variables::UserVariable);
+        let rows = self.model.global_parameters.iter();
+        for row in rows.filter(|row| row.behaviour == variables && row.access.store) {
+            for number in row.number..=row.last {
+                let stored = storage::fetch(self.board.flash(), storage::Key::Variable(number));
+                if let (Ok(Some(value)), Some(variable)) =
+                    (stored, self.variables.get_mut(usize::from(number)))
+                {
+                    *variable = value;
+                }
+            }
+        }
+    }
+
     /// Tells each TMC429 the polarity of its switches and the direction of its motors.
     pub(crate) fn set_up_groups(&mut self) {
         if self.model.motion != Motion::Tmc429 {
@@ -358,6 +392,7 @@ impl<B: Board> Module<B> {
     pub fn hardware_changed(&mut self, now: Instant) {
         self.poll(now);
         self.quiet_until = UNKNOWN;
+        self.observe_supply();
         self.observe();
         self.cpu.look_again(self.now);
     }
