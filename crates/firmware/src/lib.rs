@@ -16,6 +16,7 @@
 //! - `search`: the reference search; `guard`: stops by stall and by deviation of the encoder.
 //! - `drive`: what every set of chips can do; `tmc5160`, `tmc429`: their drivers, by registers only; `tend`:
 //!   what the firmware does for drivers that do not do it themselves; `units`: units of the TMC5160.
+//! - `power_up`: what happens when the supply comes.
 //! - `globals`, `axis`: settings in memory; `storage`: settings in the EEPROM.
 //!
 //! No parameter is described here: numbers, ranges, defaults and access rights come from
@@ -46,6 +47,7 @@ mod interpreter;
 mod interrupts;
 mod line;
 mod module;
+mod power_up;
 mod program;
 mod search;
 pub mod storage;
