@@ -20,6 +20,7 @@ mod access;
 pub mod axis;
 mod coolstep;
 pub mod driver;
+pub mod field;
 pub mod machine;
 pub mod steppers;
 pub mod tmc26x;

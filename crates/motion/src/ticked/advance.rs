@@ -57,7 +57,7 @@ impl Ramp {
         self.ramp_tick_after(nth_tick((self.time >> period).saturating_add(pulses), period))
     }
 
-    fn ramp_tick_after(&self, time: u64) -> u64 {
+    pub(super) fn ramp_tick_after(&self, time: u64) -> u64 {
         let period = TICK_SHIFT + self.settings.ramp_div;
         nth_tick((time >> period) + 1, period)
     }
@@ -68,12 +68,12 @@ impl Ramp {
     }
 
     /// Clocks between two pulse ticks.
-    fn pulse_period(&self) -> u64 {
+    pub(super) fn pulse_period(&self) -> u64 {
         1 << (TICK_SHIFT + self.settings.pulse_div)
     }
 
     /// Runs at the present velocity up to this time, or to the target if the axis stops there.
-    fn run(&mut self, to: u64) {
+    pub(super) fn run(&mut self, to: u64) {
         if to <= self.time {
             return;
         }

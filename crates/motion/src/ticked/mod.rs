@@ -49,10 +49,12 @@ mod advance;
 mod factor;
 mod foresee;
 mod rule;
+mod stretch;
 mod stride;
 
 pub use factor::{BrakingFactor, braking_factor};
 pub use foresee::Motion;
+pub use stretch::{PLACE_SHIFT, Stretch};
 
 pub use crate::ramp::Barred;
 

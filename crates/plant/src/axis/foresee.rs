@@ -5,10 +5,11 @@
 
 use opentmcl_motion::{Duration, Instant};
 
+use super::Chip;
 use super::rotor::{Rig, State};
 use super::shaft::{CLOCK, Drive, HALF_PERIOD, Shaft};
 use super::switches::Contact;
-use crate::tmc5160::{Field, Tmc5160};
+use crate::field::Field;
 
 /// Clocks of a step of a rotor that no field guides: half a millisecond.
 const COASTING_STEP: u64 = 8_000;
@@ -32,8 +33,8 @@ pub(super) struct Foresight {
 }
 
 /// What surrounds a rig while it looks ahead.
-struct Scene<'a> {
-    chip: &'a Tmc5160,
+struct Scene<'a, C> {
+    chip: &'a C,
     contacts: &'a [Contact; 3],
     field: Field,
     /// Whether the field moves.
@@ -44,7 +45,7 @@ impl Rig {
     /// When the rig next has to be looked at, and what can be said of the time until then.
     pub(super) fn foresee(
         &self,
-        chip: &Tmc5160,
+        chip: &impl Chip,
         contacts: &[Contact; 3],
         now: Instant,
     ) -> Foresight {
@@ -85,7 +86,7 @@ impl Rig {
         field.acceleration == 0.0 && !self.shaft.machine.load.varies()
     }
 
-    fn foresee_following(&self, scene: &Scene<'_>, next: &mut Earliest) {
+    fn foresee_following(&self, scene: &Scene<'_, impl Chip>, next: &mut Earliest) {
         let Scene { chip, field, .. } = scene;
         let now = next.now;
         if !self.is_steady(field)
@@ -128,7 +129,13 @@ impl Rig {
         });
     }
 
-    fn foresee_loose(&self, at: f64, speed: f64, scene: &Scene<'_>, next: &mut Earliest) {
+    fn foresee_loose(
+        &self,
+        at: f64,
+        speed: f64,
+        scene: &Scene<'_, impl Chip>,
+        next: &mut Earliest,
+    ) {
         let field = &scene.field;
         let now = next.now;
         let driven = matches!(self.drive, Drive::Field { .. });
@@ -148,7 +155,7 @@ impl Rig {
     }
 
     /// Whether StallGuard2 can come to 0 in the time that is open to be looked at.
-    fn may_stall(&self, chip: &Tmc5160, field: &Field, next: &Earliest) -> bool {
+    fn may_stall(&self, chip: &impl Chip, field: &Field, next: &Earliest) -> bool {
         let (Some(end), State::Following) = (next.time, self.state) else {
             return next.time.is_some();
         };
@@ -177,12 +184,12 @@ impl Rig {
     }
 
     /// Looks for a stall where StallGuard2 would stop the motor; false if there can be none.
-    fn foresee_stall(&self, scene: &Scene<'_>, next: &mut Earliest) -> bool {
+    fn foresee_stall(&self, scene: &Scene<'_, impl Chip>, next: &mut Earliest) -> bool {
         let Scene { chip, field, .. } = scene;
         if !scene.turning || self.stall_due.is_some() || !chip.stall_stops(next.now) {
             return true;
         }
-        let possible = self.may_stall(chip, field, next);
+        let possible = self.may_stall(*chip, field, next);
         if possible {
             next.look_for(|time| chip.stallguard(self.raw_stallguard(field, time)) == 0);
         }
@@ -190,7 +197,7 @@ impl Rig {
     }
 
     /// Looks for the moment at which the encoder is too far from the position counter.
-    fn foresee_deviation(&self, scene: &Scene<'_>, next: &mut Earliest) {
+    fn foresee_deviation(&self, scene: &Scene<'_, impl Chip>, next: &mut Earliest) {
         let &Scene { chip, ref field, turning, .. } = scene;
         let now = next.now;
         let Some(limit) = chip.watches_deviation() else { return };
@@ -228,7 +235,7 @@ impl Rig {
 
     /// The next position of the rotor in one direction at which something happens: an end of the way, an
     /// edge of a switch, an index that somebody waits for.
-    fn place_ahead(&self, scene: &Scene<'_>, forward: bool) -> Option<f64> {
+    fn place_ahead(&self, scene: &Scene<'_, impl Chip>, forward: bool) -> Option<f64> {
         let stage = &self.shaft.machine.stage;
         let play = stage.backlash / 2.0;
         let by_stage = |place: f64| if forward { place + play } else { place - play };

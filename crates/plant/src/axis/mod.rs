@@ -22,6 +22,8 @@
 //!   back by a period and comes again if the field is slow enough to take it along.
 //! - An open coil leaves no torque: half a motor holds, but does not turn.
 
+mod body;
+mod chip;
 mod foresee;
 mod rotor;
 mod senses;
@@ -32,9 +34,9 @@ use opentmcl_motion::Instant;
 
 use crate::machine::Machine;
 use crate::tmc5160::{Tmc5160, registers};
-use foresee::Foresight;
-use rotor::Rig;
-use switches::Contact;
+
+pub(crate) use body::Body;
+pub(crate) use chip::Chip;
 
 /// A switch input of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -104,17 +106,50 @@ pub struct View {
     pub switches: [bool; 3],
 }
 
+impl View {
+    /// An axis whose motor follows every step, and carries a current of this amplitude.
+    pub(crate) fn ideal(rotor: f64, speed: f64, current: f64, switches: [bool; 3]) -> Self {
+        Self {
+            rotor,
+            stage: rotor,
+            speed,
+            load_angle: 0.0,
+            load: 0.0,
+            stallguard: 0,
+            current,
+            lost_steps: 0,
+            state: Rotor::Following,
+            switches,
+        }
+    }
+}
+
+/// What is done to a machine from outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Influence {
+    /// Supply voltage of the driver in volt.
+    Supply(f64),
+    /// Temperature of the driver in degrees Celsius.
+    DriverTemperature(f64),
+    /// Whether torque is allowed (safe torque off).
+    TorqueAllowed(bool),
+    /// A further torque in Nm at the shaft, positive towards positive positions; replaces the last one.
+    Torque(f64),
+    /// Holds the rotor where it is, or lets it go.
+    Blocked(bool),
+    /// Breaks or mends the wires of a coil.
+    Coil(Coil, Option<CoilFault>),
+    /// Moves the rotor by hand to this position in fine steps, as far as the way goes.
+    Position(f64),
+}
+
 /// A motion chip and its machine.
 ///
 /// Times must not run backwards from one call to the next.
 #[derive(Clone, Debug)]
 pub struct Axis {
     chip: Tmc5160,
-    /// Left, right, home.
-    contacts: [Contact; 3],
-    rig: Option<Box<Rig>>,
-    /// What happens on the rig by itself.
-    foresight: Foresight,
+    body: Body,
 }
 
 impl Default for Axis {
@@ -126,60 +161,43 @@ impl Default for Axis {
 impl Axis {
     /// A chip with a motor that follows every step, in empty space.
     pub fn new() -> Self {
-        Self {
-            chip: Tmc5160::new(),
-            contacts: [Contact::new(None, 0.0, None); 3],
-            rig: None,
-            foresight: Foresight::default(),
-        }
+        Self { chip: Tmc5160::new(), body: Body::new() }
     }
 
     /// A chip whose motor turns this machine. `full_scale` is the amplitude of the phase currents in
     /// ampere that the driver gives at most.
     pub fn with_machine(machine: Machine, full_scale: f64) -> Self {
-        let stage = &machine.stage;
-        let switches = &machine.switches;
-        let contact = |switch| Contact::new(switch, stage.start, stage.circle);
-        let mut axis = Self {
-            chip: Tmc5160::new(),
-            contacts: [contact(switches.left), contact(switches.right), contact(switches.home)],
-            rig: Some(Box::new(Rig::new(machine, full_scale))),
-            foresight: Foresight::default(),
-        };
-        axis.settle(Instant::from_ticks(0));
+        let mut axis = Self { chip: Tmc5160::new(), body: Body::with_machine(machine, full_scale) };
+        axis.body.settle(&mut axis.chip, Instant::from_ticks(0));
         axis
     }
 
     /// The machine; none for an axis in empty space.
     pub fn machine(&self) -> Option<&Machine> {
-        self.rig.as_ref().map(|rig| &rig.shaft.machine)
+        self.body.machine()
     }
 
     /// Switches the chip off and on. The machine stays where it is.
     pub fn reset(&mut self, now: Instant) {
         self.change(now, |axis| {
             axis.chip.reset(now);
-            if let Some(rig) = &mut axis.rig {
-                rig.forget_losses();
-            }
+            axis.body.forget_losses();
         });
     }
 
     /// Reads a register of the chip.
     pub fn read(&mut self, address: u8, now: Instant) -> u32 {
         self.run(now);
-        if let Some(rig) = &mut self.rig {
-            match address {
-                registers::DRV_STATUS | registers::PWM_SCALE => rig.sense(&mut self.chip, now),
-                registers::RAMP_STAT if self.chip.tells_stalls() && !self.foresight.no_stall => {
-                    let raw = rig.raw_stallguard(&self.chip.field(now), now);
-                    self.chip.set_stallguard(raw);
-                }
-                registers::X_ENC => rig.count(&mut self.chip, now),
-                _ => {}
+        let Self { chip, body } = self;
+        match address {
+            registers::DRV_STATUS | registers::PWM_SCALE => body.sense(chip, now),
+            registers::RAMP_STAT if chip.tells_stalls() && !body.cannot_stall() => {
+                body.sense_load(chip, now);
             }
+            registers::X_ENC => body.count(chip, now),
+            _ => {}
         }
-        self.chip.read(address, now)
+        chip.read(address, now)
     }
 
     /// Writes a register of the chip.
@@ -188,9 +206,7 @@ impl Axis {
             // A move writes registers that hold its limits already; nothing follows from that.
             return;
         }
-        self.change(now, |axis| {
-            axis.chip.write(address, value, now);
-        });
+        self.change(now, |axis| axis.chip.write(address, value, now));
     }
 
     /// When something next happens on this axis that a register or a switch shows, as far as it can be
@@ -198,7 +214,7 @@ impl Axis {
     pub fn next_event(&mut self, now: Instant) -> Option<Instant> {
         self.run(now);
         let ramp = self.chip.next_event(now);
-        match (ramp, self.foresight.due) {
+        match (ramp, self.body.due()) {
             (Some(ramp), Some(due)) => Some(ramp.min(due)),
             (ramp, due) => ramp.or(due),
         }
@@ -207,140 +223,75 @@ impl Axis {
     /// Level of the home switch input.
     pub fn home_switch(&mut self, now: Instant) -> bool {
         self.run(now);
-        let [_, _, home] = &self.contacts;
-        home.level(now.as_ticks())
+        let [_, _, home] = self.body.levels(now);
+        home
     }
 
     /// What the axis really does.
     pub fn view(&mut self, now: Instant) -> View {
         self.run(now);
-        let switches = self.levels(now);
-        match &self.rig {
-            Some(rig) => rig.view(&self.chip, now, switches),
-            None => {
-                let field = self.chip.field(now);
-                let rotor = field.position_at(now);
-                View {
-                    rotor,
-                    stage: rotor,
-                    speed: field.speed_at(now) * shaft::CLOCK,
-                    load_angle: 0.0,
-                    load: 0.0,
-                    stallguard: 0,
-                    current: 0.0,
-                    lost_steps: 0,
-                    state: Rotor::Following,
-                    switches,
-                }
-            }
-        }
+        self.body.view(&self.chip, now).unwrap_or_else(|| {
+            let field = self.chip.field(now);
+            let rotor = field.position_at(now);
+            let switches = self.body.levels(now);
+            View::ideal(rotor, field.speed_at(now) * shaft::CLOCK, 0.0, switches)
+        })
+    }
+
+    /// Does something to the machine; most of it is without effect where there is none.
+    pub fn influence(&mut self, influence: Influence, now: Instant) {
+        self.change(now, |axis| axis.body.influence(&mut axis.chip, influence, now));
     }
 
     /// Supply voltage of the driver in volt.
     pub fn set_supply(&mut self, volts: f64, now: Instant) {
-        self.change_rig(now, |rig| rig.supply = volts.max(0.0));
+        self.influence(Influence::Supply(volts), now);
     }
 
     /// Temperature of the driver in degrees Celsius.
     pub fn set_driver_temperature(&mut self, celsius: f64, now: Instant) {
-        self.change_rig(now, |rig| rig.set_temperature(celsius));
+        self.influence(Influence::DriverTemperature(celsius), now);
     }
 
     /// Whether torque is allowed (safe torque off).
     pub fn set_torque_allowed(&mut self, allowed: bool, now: Instant) {
-        self.change(now, |axis| axis.chip.set_enabled(allowed, now));
+        self.influence(Influence::TorqueAllowed(allowed), now);
     }
 
     /// A further torque in Nm at the shaft, positive towards positive positions; replaces the last one.
     pub fn set_external_torque(&mut self, torque: f64, now: Instant) {
-        self.change_rig(now, |rig| rig.shaft.external = torque);
+        self.influence(Influence::Torque(torque), now);
     }
 
     /// Holds the rotor where it is, or lets it go.
     pub fn set_blocked(&mut self, blocked: bool, now: Instant) {
-        self.change_rig(now, |rig| rig.block(blocked));
+        self.influence(Influence::Blocked(blocked), now);
     }
 
     /// Holds a switch actuated or not actuated, or leaves it to the stage again.
     pub fn hold_switch(&mut self, switch: SwitchInput, held: Option<bool>, now: Instant) {
-        self.change(now, |axis| {
-            let [left, right, home] = &mut axis.contacts;
-            match switch {
-                SwitchInput::Left => left.hold(held),
-                SwitchInput::Right => right.hold(held),
-                SwitchInput::Home => home.hold(held),
-            }
-        });
+        self.change(now, |axis| axis.body.hold_switch(switch, held));
     }
 
     /// Breaks or mends the wires of a coil.
     pub fn set_coil(&mut self, coil: Coil, fault: Option<CoilFault>, now: Instant) {
-        self.change_rig(now, |rig| match coil {
-            Coil::A => rig.coil_faults[0] = fault,
-            Coil::B => rig.coil_faults[1] = fault,
-        });
+        self.influence(Influence::Coil(coil, fault), now);
     }
 
     /// Moves the rotor by hand to this position in fine steps, as far as the way goes.
     pub fn set_position(&mut self, fine_steps: f64, now: Instant) {
-        self.change_rig(now, |rig| rig.put(fine_steps));
-    }
-
-    fn change_rig(&mut self, now: Instant, change: impl FnOnce(&mut Rig)) {
-        self.change(now, |axis| {
-            if let Some(rig) = &mut axis.rig {
-                change(rig);
-            }
-        });
+        self.influence(Influence::Position(fine_steps), now);
     }
 
     /// Changes something at `now`, and lets the rest follow.
     fn change(&mut self, now: Instant, change: impl FnOnce(&mut Self)) {
         self.run(now);
-        if let Some(rig) = &mut self.rig {
-            rig.come_to(&self.chip, now);
-            rig.count(&mut self.chip, now);
-        }
+        self.body.before_change(&mut self.chip, now);
         change(self);
-        self.settle(now);
+        self.body.settle(&mut self.chip, now);
     }
 
-    /// Does what happens by itself until `now`.
     fn run(&mut self, now: Instant) {
-        while let Some(due) = self.foresight.due.filter(|&due| due <= now) {
-            if let Some(rig) = &mut self.rig {
-                rig.come_to(&self.chip, due);
-            }
-            self.settle(due);
-        }
-    }
-
-    /// Brings chip and machine into accord with each other at `now`, and finds out when that ends.
-    fn settle(&mut self, now: Instant) {
-        // A switch stops the field, which changes the load angle, which can move the stage off the switch;
-        // a load changes the current, which changes the load angle.
-        // That ends at once in practice; the bound is for what nobody has thought of.
-        const ROUNDS: usize = 8;
-        let Some(rig) = &mut self.rig else {
-            let [left, right, _] = self.levels(now);
-            self.chip.set_reference_inputs(left, right, now);
-            return;
-        };
-        for _ in 0..ROUNDS {
-            let before = (self.chip.field(now), self.chip.coils(now));
-            rig.settle(&mut self.chip, &mut self.contacts, now);
-            let [left, right, _] =
-                self.contacts.each_ref().map(|contact| contact.level(now.as_ticks()));
-            self.chip.set_reference_inputs(left, right, now);
-            if (self.chip.field(now), self.chip.coils(now)) == before {
-                break;
-            }
-            rig.come_to(&self.chip, now);
-        }
-        self.foresight = rig.foresee(&self.chip, &self.contacts, now);
-    }
-
-    fn levels(&self, now: Instant) -> [bool; 3] {
-        self.contacts.each_ref().map(|contact| contact.level(now.as_ticks()))
+        self.body.run(&mut self.chip, now);
     }
 }

@@ -5,9 +5,10 @@ use opentmcl_motion::Instant;
 use super::senses::{Cooling, Temperature};
 use super::shaft::{CLOCK, Drive, HALF_PERIOD, PERIOD, Shaft};
 use super::switches::Contact;
-use super::{CoilFault, Rotor, View};
+use super::{Chip, CoilFault, Rotor, View};
+use crate::driver::Coils;
+use crate::field::Field;
 use crate::machine::Machine;
-use crate::tmc5160::{Coils, Field, Tmc5160};
 
 /// Full steps of an electrical period.
 const PERIOD_STEPS: i64 = 4;
@@ -180,7 +181,7 @@ impl Rig {
     }
 
     /// Moves everything to `now`, which nothing has changed on the way to.
-    pub(super) fn come_to(&mut self, chip: &Tmc5160, now: Instant) {
+    pub(super) fn come_to(&mut self, chip: &impl Chip, now: Instant) {
         let (rotor, speed) = self.motion(&chip.field(now), now);
         self.stage = self.stage_at(rotor);
         self.rotor = rotor;
@@ -192,7 +193,12 @@ impl Rig {
     }
 
     /// Draws the consequences of whatever has changed at `now`.
-    pub(super) fn settle(&mut self, chip: &mut Tmc5160, contacts: &mut [Contact; 3], now: Instant) {
+    pub(super) fn settle(
+        &mut self,
+        chip: &mut impl Chip,
+        contacts: &mut [Contact; 3],
+        now: Instant,
+    ) {
         chip.set_flags(self.flags(&chip.field(now), now), now);
         let field = chip.field(now);
         self.drive = self.drive_of(chip.coils(now));
@@ -225,7 +231,7 @@ impl Rig {
     }
 
     /// Whether the rotor, which is at [`Rig::rotor`], follows from now on.
-    fn decide(&mut self, chip: &Tmc5160, field: &Field, now: Instant) {
+    fn decide(&mut self, chip: &impl Chip, field: &Field, now: Instant) {
         let loose = State::Loose { at: self.rotor, speed: self.speed };
         if !matches!(self.drive, Drive::Field { .. }) {
             self.state = loose;
@@ -268,7 +274,7 @@ impl Rig {
     }
 
     /// What the axis really does at `now`.
-    pub(super) fn view(&self, chip: &Tmc5160, now: Instant, switches: [bool; 3]) -> View {
+    pub(super) fn view(&self, chip: &impl Chip, now: Instant, switches: [bool; 3]) -> View {
         let field = chip.field(now);
         let (rotor, speed) = self.motion(&field, now);
         let load = self.felt_load(&field, now);

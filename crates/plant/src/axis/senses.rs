@@ -2,10 +2,11 @@
 
 use opentmcl_motion::{Duration, Instant};
 
-use super::CoilFault;
 use super::rotor::{Rig, State};
 use super::shaft::{CLOCK, Drive};
-use crate::tmc5160::{Field, Sense, Tmc5160, registers};
+use super::{Chip, CoilFault};
+use crate::driver::Sense;
+use crate::field::Field;
 
 /// StallGuard2 value towards which a motor without load goes as its back EMF grows.
 const STALLGUARD_TOP: f64 = 800.0;
@@ -96,7 +97,7 @@ impl Rig {
     }
 
     /// Tells the chip all that it measures at `now`.
-    pub(super) fn sense(&self, chip: &mut Tmc5160, now: Instant) {
+    pub(super) fn sense(&self, chip: &mut impl Chip, now: Instant) {
         let field = chip.field(now);
         let pwm_scale = match self.drive {
             Drive::Field { amplitude, supply } => {
@@ -121,7 +122,7 @@ impl Rig {
     }
 
     /// Tells the chip where the encoder is at `now`.
-    pub(super) fn count(&self, chip: &mut Tmc5160, now: Instant) {
+    pub(super) fn count(&self, chip: &mut impl Chip, now: Instant) {
         if self.shaft.machine.encoder.is_some() {
             let (rotor, _) = self.motion(&chip.field(now), now);
             if let Some(count) = self.count_at(rotor, self.stage_at(rotor)) {
@@ -131,7 +132,7 @@ impl Rig {
     }
 
     /// Microsteps of the encoder position for a fine step of the rotor.
-    pub(super) fn encoder_ratio(&self, chip: &Tmc5160) -> f64 {
+    pub(super) fn encoder_ratio(&self, chip: &impl Chip) -> f64 {
         let Some(encoder) = self.shaft.machine.encoder else { return 0.0 };
         let ratio = encoder.counts / self.shaft.turn() * chip.encoder_scale();
         if encoder.reversed { -ratio } else { ratio }
@@ -147,14 +148,14 @@ impl Rig {
     }
 
     /// The chip feels what the rotor does at `now`.
-    pub(super) fn feel(&mut self, chip: &mut Tmc5160, field: &Field, now: Instant) {
+    pub(super) fn feel(&mut self, chip: &mut impl Chip, field: &Field, now: Instant) {
         self.feel_encoder(chip, now);
         self.feel_stall(chip, field, now);
         self.feel_cooling(chip, field, now);
         self.feel_dcstep(chip, field, now);
     }
 
-    fn feel_encoder(&mut self, chip: &mut Tmc5160, now: Instant) {
+    fn feel_encoder(&mut self, chip: &mut impl Chip, now: Instant) {
         let Some(encoder) = self.shaft.machine.encoder else { return };
         let shaft = if encoder.on_stage { self.stage } else { self.rotor };
         let before = core::mem::replace(&mut self.encoder_shaft, shaft);
@@ -166,9 +167,7 @@ impl Rig {
             if let Some(count) = self.count_at(index, index) {
                 chip.set_encoder_count(count, now);
             }
-            // The pulse is as wide as a cycle of both channels: it meets the levels that are asked for.
-            let mode = chip.register(registers::ENCMODE);
-            chip.encoder_index(mode & 1 == 1, mode >> 1 & 1 == 1, now);
+            chip.encoder_index(now);
         }
         if let Some(limit) = chip.watches_deviation() {
             self.count(chip, now);
@@ -178,7 +177,7 @@ impl Rig {
         }
     }
 
-    fn feel_stall(&mut self, chip: &mut Tmc5160, field: &Field, now: Instant) {
+    fn feel_stall(&mut self, chip: &mut impl Chip, field: &Field, now: Instant) {
         if !chip.stall_stops(now) {
             self.stall_due = None;
             return;
@@ -199,7 +198,7 @@ impl Rig {
         }
     }
 
-    fn feel_cooling(&mut self, chip: &mut Tmc5160, field: &Field, now: Instant) {
+    fn feel_cooling(&mut self, chip: &mut impl Chip, field: &Field, now: Instant) {
         if let Some(cooling) = &mut self.cooling {
             let elapsed = now.as_ticks().saturating_sub(cooling.last.as_ticks());
             let readings = elapsed / cooling.interval.max(1);
@@ -218,7 +217,7 @@ impl Rig {
 
     /// When the next CoolStep reading comes that matters. Where nothing changes, readings that come to
     /// nothing are passed over.
-    pub(super) fn next_reading(&self, chip: &Tmc5160, steady: bool) -> Option<Instant> {
+    pub(super) fn next_reading(&self, chip: &impl Chip, steady: bool) -> Option<Instant> {
         let cooling = self.cooling?;
         let readings = match chip.cool_readings_to_change(cooling.result) {
             Some(readings) if steady => u64::from(readings.max(1)),
@@ -229,20 +228,20 @@ impl Rig {
     }
 
     /// With DcStep the field waits for a rotor that cannot follow.
-    fn feel_dcstep(&self, chip: &mut Tmc5160, field: &Field, now: Instant) {
+    fn feel_dcstep(&self, chip: &mut impl Chip, field: &Field, now: Instant) {
         let active = chip.dcstep_active(now);
         let limit = active.then(|| self.fastest_with_dcstep(chip, field, now)).flatten();
         chip.set_speed_limit(limit, now);
     }
 
     /// Whether DcStep is on, and the motor can follow at its lowest speed.
-    pub(super) fn dcstep_copes(&self, chip: &Tmc5160, field: &Field, now: Instant) -> bool {
-        chip.dcstep_active(now) && self.copes(chip, field, now, chip.register(registers::VDCMIN))
+    pub(super) fn dcstep_copes(&self, chip: &impl Chip, field: &Field, now: Instant) -> bool {
+        chip.dcstep_active(now) && self.copes(chip, field, now, chip.dcstep_range().0)
     }
 
     /// The highest speed in register units that the load allows; none if it does not slow the motor down.
-    fn fastest_with_dcstep(&self, chip: &Tmc5160, field: &Field, now: Instant) -> Option<u32> {
-        let (lowest, nominal) = (chip.register(registers::VDCMIN), chip.register(registers::VMAX));
+    fn fastest_with_dcstep(&self, chip: &impl Chip, field: &Field, now: Instant) -> Option<u32> {
+        let (lowest, nominal) = chip.dcstep_range();
         if self.copes(chip, field, now, nominal) {
             return None;
         }
@@ -255,7 +254,7 @@ impl Rig {
     }
 
     /// Whether the motor can keep up this speed in register units in the present direction.
-    fn copes(&self, chip: &Tmc5160, field: &Field, now: Instant, register: u32) -> bool {
+    fn copes(&self, chip: &impl Chip, field: &Field, now: Instant, register: u32) -> bool {
         let speed = chip.fine_speed(register) * field.speed_at(now).signum();
         let demand = self.shaft.demand(self.rotor, speed, 0.0).abs();
         demand <= self.shaft.available(self.drive, speed)

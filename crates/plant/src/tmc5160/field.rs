@@ -8,51 +8,15 @@
 //! microstep before a target it takes at once, as the ramp does.
 
 use opentmcl_motion::Instant;
-use opentmcl_motion::ramp::{Phase, Stretch};
+use opentmcl_motion::ramp::Stretch;
 
 use super::microstep::PERIOD;
-use super::{Tmc5160, registers};
+use super::{Field, Tmc5160, registers};
 
 /// Exact units in a microstep and in a fine step, as in [`Stretch`]: 2^42.
 const EXACT: f64 = (1u64 << 42) as f64;
 
 const EXACT_SHIFT: u32 = 42;
-
-/// The field of the stator during a stretch of constant acceleration.
-///
-/// `n` clocks after `from` it is at `position + speed n + acceleration n² / 2`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Field {
-    /// When the stretch begins.
-    pub from: Instant,
-    /// When it ends; none if it goes on until the next write.
-    pub until: Option<Instant>,
-    /// Position at `from` in fine steps (1/256 full step).
-    pub position: f64,
-    /// Speed at `from` in fine steps per clock.
-    pub speed: f64,
-    /// Acceleration in fine steps per clock².
-    pub acceleration: f64,
-    /// What the ramp does.
-    pub phase: Phase,
-}
-
-impl Field {
-    /// Position in fine steps at a time within the stretch.
-    pub fn position_at(&self, time: Instant) -> f64 {
-        let clocks = self.clocks(time);
-        self.position + (self.speed + self.acceleration / 2.0 * clocks) * clocks
-    }
-
-    /// Speed in fine steps per clock at a time within the stretch.
-    pub fn speed_at(&self, time: Instant) -> f64 {
-        self.speed + self.acceleration * self.clocks(time)
-    }
-
-    fn clocks(&self, time: Instant) -> f64 {
-        time.as_ticks().saturating_sub(self.from.as_ticks()) as f64
-    }
-}
 
 /// Where the field is while the position counter stands at 0.
 #[derive(Clone, Copy, Debug, Default)]
@@ -83,7 +47,6 @@ impl Tmc5160 {
             // A stretch covers 2 v n + a n² exact units of the counter.
             speed: 2.0 * stretch.velocity as f64 * scale,
             acceleration: 2.0 * f64::from(stretch.acceleration) * scale,
-            phase: stretch.phase,
         }
     }
 

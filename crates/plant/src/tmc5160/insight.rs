@@ -6,11 +6,6 @@ use super::Tmc5160;
 use super::registers::{ENC_CONST, ENCMODE, GCONF, SW_MODE};
 
 impl Tmc5160 {
-    /// What a register that is not computed holds.
-    pub(crate) fn register(&self, address: u8) -> u32 {
-        self.stored(address)
-    }
-
     /// Whether RAMP_STAT shows stalls: only while sg_stop is set.
     pub(crate) fn tells_stalls(&self) -> bool {
         self.stored(SW_MODE) >> 10 & 1 == 1

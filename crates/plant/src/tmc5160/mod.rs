@@ -36,11 +36,12 @@ mod insight;
 mod load;
 mod microstep;
 pub mod registers;
+mod rigged;
 mod stops;
 mod thresholds;
 
 pub use crate::driver::{Coils, Sense};
-pub use field::Field;
+pub use crate::field::Field;
 
 use opentmcl_motion::ramp::{Limits, Mode, Phase, Ramp};
 use opentmcl_motion::{Duration, Instant};
