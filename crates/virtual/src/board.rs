@@ -3,9 +3,10 @@
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, Motion, Port as PortRow, PortBehaviour};
 use opentmcl_firmware::{Analog, Board};
-use opentmcl_plant::axis::{Axis, SwitchInput, View};
+use opentmcl_plant::axis::{Axis, Influence, SwitchInput, View};
 use opentmcl_plant::machine::Machine;
-use opentmcl_plant::steppers::Steppers;
+use opentmcl_plant::steppers::{DRIVER, Steppers};
+use opentmcl_plant::tmc5160;
 use opentmcl_wire::Instant;
 
 use crate::flash::MemoryFlash;
@@ -53,11 +54,30 @@ impl Axes {
         }
     }
 
-    /// Axes of which the next event may change with what is done to one of them.
-    fn touched_with(&self, axis: u8) -> u8 {
+    /// Axes of which the next event may change with what is done to the machine or the switches of one of them.
+    fn moved_with(&self, axis: u8) -> u8 {
         match self {
             Self::Tmc5160(_) => 1u8.checked_shl(axis.into()).unwrap_or_default(),
-            Self::Tmc429(_) => Steppers::group_of(axis),
+            Self::Tmc429(steppers) => steppers.moved_with(axis),
+        }
+    }
+
+    /// The same for a write to a register of one of them.
+    fn touched_with(&self, axis: u8, address: u8) -> u8 {
+        match self {
+            Self::Tmc5160(_) => self.moved_with(axis),
+            Self::Tmc429(steppers) => steppers.touched_with(axis, address),
+        }
+    }
+
+    fn influence(&mut self, axis: u8, influence: Influence, now: Instant) {
+        match self {
+            Self::Tmc5160(axes) => {
+                if let Some(axis) = axes.get_mut(usize::from(axis)) {
+                    axis.influence(influence, now);
+                }
+            }
+            Self::Tmc429(steppers) => steppers.influence(axis, influence, now),
         }
     }
 }
@@ -72,16 +92,24 @@ enum Foreseen {
 impl<F> VirtualBoard<F> {
     /// A board for a module, with nothing connected to its pins and motors that follow every step.
     pub fn new(model: &'static Module, flash: F) -> Self {
-        Self::with_axes(model, Vec::new(), flash)
+        Self::with_machines(model, Vec::new(), flash)
     }
 
-    /// A board with these axes; those that the module has beyond them follow every step.
-    pub fn with_axes(model: &'static Module, mut axes: Vec<Axis>, flash: F) -> Self {
-        axes.resize_with(usize::from(model.axes), Axis::new);
+    /// A board with these machines behind its axes, by number; those without one follow every step.
+    pub fn with_machines(
+        model: &'static Module,
+        mut machines: Vec<Option<Machine>>,
+        flash: F,
+    ) -> Self {
+        machines.resize(usize::from(model.axes), None);
         let full_scale = f64::from(model.peak_current_ma) / 1000.0;
+        let axis = |machine: Option<Machine>| match machine {
+            Some(machine) => Axis::with_machine(machine, full_scale),
+            None => Axis::new(),
+        };
         let axes = match model.motion {
-            Motion::Tmc5160 => Axes::Tmc5160(axes),
-            Motion::Tmc429 => Axes::Tmc429(Steppers::new(model.axes, full_scale)),
+            Motion::Tmc5160 => Axes::Tmc5160(machines.into_iter().map(axis).collect()),
+            Motion::Tmc429 => Axes::Tmc429(Steppers::with_machines(machines, full_scale)),
         };
         let at_rest = |behaviour| {
             let mut rows = model.ports.iter();
@@ -158,7 +186,7 @@ impl<F> VirtualBoard<F> {
     /// Sets the supply voltage in volt, of the board and of all drivers.
     pub fn set_supply(&mut self, volts: f64) {
         self.supply_voltage = volts;
-        self.at_all_axes(|axis, now| axis.set_supply(volts, now));
+        self.influence_all(Influence::Supply(volts));
     }
 
     /// Temperature of the board in degrees Celsius.
@@ -178,24 +206,20 @@ impl<F> VirtualBoard<F> {
             if allowed { self.torque_inputs | bit } else { self.torque_inputs & !bit };
         let all = levels_of(self.model, PortBehaviour::StoInput, |_| true);
         let allowed = self.torque_inputs & all == all;
-        self.at_all_axes(|axis, now| axis.set_torque_allowed(allowed, now));
+        self.influence_all(Influence::TorqueAllowed(allowed));
     }
 
-    /// Does something to an axis with a machine at the board's time; nothing if there is no such axis.
-    pub(crate) fn at_axis(&mut self, axis: u8, act: impl FnOnce(&mut Axis, Instant)) {
+    /// Does something to the machine of an axis at the board's time; nothing if there is none.
+    pub(crate) fn influence(&mut self, axis: u8, influence: Influence) {
         let now = self.now;
-        self.touch(axis);
-        if let Axes::Tmc5160(axes) = &mut self.axes
-            && let Some(axis) = axes.get_mut(usize::from(axis))
-        {
-            act(axis, now);
-        }
+        self.touch(self.axes.moved_with(axis));
+        self.axes.influence(axis, influence, now);
     }
 
     /// Holds a switch actuated or not actuated, or leaves it to the stage again.
     pub(crate) fn hold_switch(&mut self, axis: u8, switch: SwitchInput, held: Option<bool>) {
         let now = self.now;
-        self.touch(axis);
+        self.touch(self.axes.moved_with(axis));
         match &mut self.axes {
             Axes::Tmc5160(axes) => {
                 if let Some(axis) = axes.get_mut(usize::from(axis)) {
@@ -206,9 +230,9 @@ impl<F> VirtualBoard<F> {
         }
     }
 
-    fn at_all_axes(&mut self, mut act: impl FnMut(&mut Axis, Instant)) {
+    fn influence_all(&mut self, influence: Influence) {
         for axis in 0..self.model.axes {
-            self.at_axis(axis, &mut act);
+            self.influence(axis, influence);
         }
     }
 
@@ -220,11 +244,23 @@ impl<F> VirtualBoard<F> {
         }
     }
 
+    /// What the driver of an axis tells at this time: the stall in bit 0, and the errors of its bits 25 to 30 in bits
+    /// 1 to 6, as in [`Sense`](opentmcl_plant::driver::Sense).
+    pub fn driver_flags(&mut self, axis: u8, now: Instant) -> u32 {
+        let flags = match &mut self.axes {
+            Axes::Tmc5160(axes) => axes
+                .get_mut(usize::from(axis))
+                .map_or(0, |axis| axis.read(tmc5160::registers::DRV_STATUS, now) >> 24),
+            Axes::Tmc429(steppers) => steppers.read(axis, DRIVER, now),
+        };
+        flags & 0x7F
+    }
+
     /// The machine behind an axis; none if it moves in empty space or if there is no such axis.
     pub fn machine(&self, axis: u8) -> Option<&Machine> {
         match &self.axes {
             Axes::Tmc5160(axes) => axes.get(usize::from(axis))?.machine(),
-            Axes::Tmc429(_) => None,
+            Axes::Tmc429(steppers) => steppers.machine(axis),
         }
     }
 
@@ -253,11 +289,10 @@ impl<F> VirtualBoard<F> {
         self.flash
     }
 
-    /// Something is done to an axis: what was foreseen of it, and of those it shares a chip with, may change.
-    fn touch(&mut self, axis: u8) {
-        let touched = self.axes.touched_with(axis);
+    /// Something is done to some axes: what was foreseen of them may change.
+    fn touch(&mut self, axes: u8) {
         for (number, event) in self.events.iter_mut().enumerate() {
-            if touched >> number & 1 == 1 {
+            if axes >> number & 1 == 1 {
                 *event = Foreseen::Unknown;
             }
         }
@@ -331,7 +366,7 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
 
     fn write_register(&mut self, axis: u8, address: u8, value: u32) {
         let now = self.now;
-        self.touch(axis);
+        self.touch(self.axes.touched_with(axis, address));
         match &mut self.axes {
             Axes::Tmc5160(axes) => {
                 if let Some(axis) = axes.get_mut(usize::from(axis)) {
@@ -352,7 +387,7 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
             Axes::Tmc5160(axes) => {
                 axes.get_mut(usize::from(axis)).is_some_and(|axis| axis.home_switch(now))
             }
-            Axes::Tmc429(steppers) => steppers.home_switch(axis),
+            Axes::Tmc429(steppers) => steppers.home_switch(axis, now),
         }
     }
 

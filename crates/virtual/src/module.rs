@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::Module as Model;
 use opentmcl_firmware::{Answer, Board as _, Config, Executed, Module, Port, ProgramState};
-use opentmcl_plant::axis::{Axis, View};
+use opentmcl_plant::axis::View;
 use opentmcl_wire::{Command, Duration, Instant, Outgoing, Reply, Status, serial};
 
 use crate::board::VirtualBoard;
@@ -51,12 +51,8 @@ impl<F: NorFlash> VirtualModule<F> {
     pub fn with_setup(setup: &ModuleSetup, flash: F, options: Options) -> Self {
         let now = Instant::from_ticks(0);
         let config = Config { program_rate: options.program_rate };
-        let full_scale = f64::from(setup.model.peak_current_ma) / 1000.0;
-        let axes = setup.axes.iter().map(|axis| match &axis.machine {
-            Some(machine) => Axis::with_machine(machine.clone(), full_scale),
-            None => Axis::new(),
-        });
-        let board = VirtualBoard::with_axes(setup.model, axes.collect(), flash);
+        let machines = setup.axes.iter().map(|axis| axis.machine.clone());
+        let board = VirtualBoard::with_machines(setup.model, machines.collect(), flash);
         let module = Module::power_up(setup.model, board, config, now);
         let mut module = Self { module, now, world: World::new(setup) };
         for action in &setup.start {
@@ -258,11 +254,6 @@ impl<F: NorFlash> VirtualModule<F> {
         let board = self.module.board_mut();
         board.set_time(now);
         board
-    }
-
-    /// Does something to an axis at the module's time.
-    pub(crate) fn at_axis(&mut self, axis: u8, act: impl FnOnce(&mut Axis, Instant)) {
-        self.hardware().at_axis(axis, act);
     }
 
     /// Tells the firmware, if it runs, that pins may have changed.

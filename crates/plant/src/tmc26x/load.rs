@@ -22,6 +22,12 @@ impl Tmc26x {
         self.settle();
     }
 
+    /// The error bits that the driver sees from now on, as in [`Sense`].
+    pub(crate) fn set_flags(&mut self, flags: u32, now: Instant) {
+        let rest = self.sense.unwrap_or(Sense::IDEAL);
+        self.set_sense(Sense { flags, ..rest }, now);
+    }
+
     /// SG for a value before SGT is added.
     pub fn stallguard(&self, raw: u16) -> u16 {
         driver::stallguard(raw, SGT.extract_signed(self.register(Register::SgcsConf)))

@@ -52,10 +52,7 @@ impl Tmc26x {
     ///
     /// This moves MSTEP alone: whether the axis moves says [`Tmc26x::set_motion`].
     pub fn step(&mut self, pulses: i32) {
-        if !self.heeds_pulses() {
-            return;
-        }
-        let fine_steps = (i64::from(pulses) * self.microsteps_per_pulse()) << self.resolution();
+        let fine_steps = i64::from(pulses) * self.fine_steps_per_pulse();
         self.mstep = (self.mstep + fine_steps).rem_euclid(PERIOD);
     }
 
@@ -106,8 +103,13 @@ impl Tmc26x {
         1 + i64::from(self.field(DEDGE))
     }
 
+    /// By how many 1/256 steps a pulse turns the field.
+    pub(crate) fn fine_steps_per_pulse(&self) -> i64 {
+        if self.heeds_pulses() { self.microsteps_per_pulse() << self.resolution() } else { 0 }
+    }
+
     /// Binary logarithm of the 1/256 steps in one microstep.
-    pub(crate) fn resolution(&self) -> u32 {
+    fn resolution(&self) -> u32 {
         self.field(MRES).min(FULL_STEP_SHIFT)
     }
 }

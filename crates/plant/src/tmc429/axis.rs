@@ -1,7 +1,7 @@
 //! One of the three axes: its registers around its ramp generator.
 
 use opentmcl_motion::Instant;
-use opentmcl_motion::ticked::{Barred, BrakingFactor, Mode, Ramp, Settings};
+use opentmcl_motion::ticked::{Barred, BrakingFactor, Mode, PLACE_SHIFT, Ramp, Settings};
 
 use super::registers::{
     A_ACTUAL, A_MAX, AXIS_REGISTERS, DISABLE_STOP_LEFT, DISABLE_STOP_RIGHT, DIVISORS,
@@ -72,6 +72,11 @@ impl Axis {
 
     pub(super) fn travel(&mut self, now: Instant) -> i64 {
         self.travel_before.wrapping_add(self.ramp(now).travel())
+    }
+
+    /// The place at the last reset.
+    pub(super) fn before(&self) -> i128 {
+        i128::from(self.travel_before) << PLACE_SHIFT
     }
 
     pub(super) fn next_event(&mut self, now: Instant) -> Option<Instant> {

@@ -37,7 +37,7 @@ mod axis;
 pub mod registers;
 
 use opentmcl_motion::Instant;
-use opentmcl_motion::ticked::Motion;
+use opentmcl_motion::ticked::{Motion, Stretch};
 
 use axis::Axis;
 use registers::{
@@ -209,6 +209,31 @@ impl Tmc429 {
     /// How an axis moves, without the steps in its velocity; none for one that does not exist.
     pub fn motion(&mut self, axis: usize, now: Instant) -> Option<Motion> {
         self.axes.get_mut(axis).map(|axis| axis.ramp(now).motion())
+    }
+
+    /// The place of an axis in units of a [`Stretch`]: what [`Tmc429::travel`] counts, and the part of the
+    /// next microstep while it moves.
+    pub fn place(&mut self, axis: usize, now: Instant) -> i128 {
+        self.axes.get_mut(axis).map_or(0, |axis| axis.before() + axis.ramp(now).place())
+    }
+
+    /// How an axis goes on from now, in places as [`Tmc429::place`] counts them; none for an axis that does not
+    /// exist.
+    pub fn stretch(&mut self, axis: usize, now: Instant) -> Option<Stretch> {
+        let axis = self.axes.get_mut(axis)?;
+        let mut stretch = axis.ramp(now).stretch();
+        stretch.end += axis.before();
+        Some(stretch)
+    }
+
+    /// What a common register holds that the chip does not compute.
+    pub(crate) fn register(&self, address: u8) -> u32 {
+        self.common(address)
+    }
+
+    /// Velocity of an axis in 1/256 of a register unit.
+    pub fn exact_velocity(&mut self, axis: usize, now: Instant) -> i32 {
+        self.axes.get_mut(axis).map_or(0, |axis| axis.ramp(now).exact_velocity())
     }
 
     /// Since when an axis stands; none while it moves or if it never has since the last reset.

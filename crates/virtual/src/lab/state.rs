@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::PortBehaviour;
-use opentmcl_firmware::{Board as _, Mode};
+use opentmcl_firmware::Mode;
 use opentmcl_plant::axis::{CoilFault, Rotor};
 use opentmcl_wire::{Instant, TICKS_PER_SECOND};
 use serde::Serialize;
@@ -24,16 +24,15 @@ pub(super) const CONTINUOUS: [&str; 9] = [
     "current",
 ];
 
-/// Register DRV_STATUS of the TMC5160, and its flags; whether an axis stands is told by `moving`.
-const DRV_STATUS: u8 = 0x6F;
+/// What a driver tells, by bits.
 const FLAGS: [(&str, u32); 7] = [
-    ("stall", 24),
-    ("overtemperature", 25),
-    ("overtemperature_warning", 26),
-    ("short_a", 27),
-    ("short_b", 28),
-    ("open_a", 29),
-    ("open_b", 30),
+    ("stall", 0),
+    ("overtemperature", 1),
+    ("overtemperature_warning", 2),
+    ("short_a", 3),
+    ("short_b", 4),
+    ("open_a", 5),
+    ("open_b", 6),
 ];
 
 /// One axis.
@@ -142,7 +141,8 @@ fn axis_state<F: NorFlash>(module: &mut VirtualModule<F>, axis: u8) -> Option<Va
     let (scale, hands) = (module.scale(axis), module.hands_at(axis));
     let counter = module.position(axis)?;
     let turns = module.speed(axis)? != 0;
-    let status = module.hardware().read_register(axis, DRV_STATUS);
+    let now = module.now();
+    let status = module.hardware().driver_flags(axis, now);
     let [left, right, home] = view.switches;
     let [held_left, held_right, held_home] = hands.held.map(|held| match held {
         None => "stage",

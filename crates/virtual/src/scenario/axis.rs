@@ -1,6 +1,6 @@
 //! An axis: motor, transmission, and what its machine is made of.
 
-use opentmcl_catalog::{AxisBehaviour, Module, Motion, Tmc5160};
+use opentmcl_catalog::{AxisBehaviour, Module, Tmc5160};
 use opentmcl_plant::machine::{Encoder, Machine, Motor, Switches};
 
 use super::machine::{load, place, stage, switch, way};
@@ -27,15 +27,6 @@ const KEYS: [&str; 10] = [
 /// `[[module.axis]]`.
 pub(super) fn axes<'a>(reader: &mut Reader<'a>, table: &Table<'a>, setup: &mut ModuleSetup) {
     for value in tables(reader, table, "axis", "[[module.axis]]") {
-        if setup.model.motion != Motion::Tmc5160 {
-            let message = format!(
-                "the axes of the {} have no machines yet: their motors follow every step; leave \
-                 [[module.axis]] out, and press and release their switches by hand",
-                setup.model.title
-            );
-            reader.mistake(value.span(), message);
-            return;
-        }
         let Some(table) = reader.table(value, "an axis", &KEYS) else { continue };
         let number = reader.required(&table, "axis", "axis = 0");
         let number = number.and_then(|value| {
@@ -92,11 +83,13 @@ fn machine<'a>(
                     .filter(|&axis| has_encoder(model, axis))
                     .map(|axis| axis.to_string())
                     .collect();
-                let message = format!(
-                    "axis {axis} of the {} has no encoder input; axes {} have one",
-                    model.title,
-                    with.join(", ")
-                );
+                let title = model.title;
+                let message = if with.is_empty() {
+                    format!("the {title} has no encoder inputs; leave the encoder out")
+                } else {
+                    let with = with.join(", ");
+                    format!("axis {axis} of the {title} has no encoder input; axes {with} have one")
+                };
                 reader.mistake(value.span(), message);
             }
             Some(encoder(reader, value, &scale)?)

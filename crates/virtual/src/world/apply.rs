@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::PortBehaviour;
-use opentmcl_plant::axis::Coil;
+use opentmcl_plant::axis::{Coil, Influence};
 use opentmcl_wire::Instant;
 
 use super::action::{Action, Place, Push};
@@ -131,13 +131,13 @@ impl<F: NorFlash> VirtualModule<F> {
                 if let Some(hands) = self.hands(axis) {
                     hands.torque = torque;
                 }
-                self.at_axis(axis, |axis, now| axis.set_external_torque(torque, now));
+                self.hardware().influence(axis, Influence::Torque(torque));
             }
             Action::Block { axis, blocked } => {
                 if let Some(hands) = self.hands(axis) {
                     hands.blocked = blocked;
                 }
-                self.at_axis(axis, |axis, now| axis.set_blocked(blocked, now));
+                self.hardware().influence(axis, Influence::Blocked(blocked));
             }
             Action::Supply(volts) => self.hardware().set_supply(volts),
             Action::DriverTemperature { axis, celsius } => {
@@ -146,7 +146,7 @@ impl<F: NorFlash> VirtualModule<F> {
                         if let Some(hands) = self.hands(number) {
                             hands.driver_temperature = celsius;
                         }
-                        self.at_axis(number, |axis, now| axis.set_driver_temperature(celsius, now));
+                        self.hardware().influence(number, Influence::DriverTemperature(celsius));
                     }
                 }
             }
@@ -169,7 +169,7 @@ impl<F: NorFlash> VirtualModule<F> {
                         Coil::B => b,
                     } = fault;
                 }
-                self.at_axis(axis, |axis, now| axis.set_coil(coil, fault, now));
+                self.hardware().influence(axis, Influence::Coil(coil, fault));
             }
             Action::Position { axis, place } => {
                 let fine = match place {
@@ -178,7 +178,7 @@ impl<F: NorFlash> VirtualModule<F> {
                     }
                     Place::Microsteps(value) => value,
                 };
-                self.at_axis(axis, |axis, now| axis.set_position(fine, now));
+                self.hardware().influence(axis, Influence::Position(fine));
             }
             Action::Torque { input, allowed } => self.hardware().set_torque_input(input, allowed),
             Action::PowerCycle | Action::Power(_) | Action::Faults { .. } => {}
