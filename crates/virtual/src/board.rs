@@ -6,6 +6,7 @@ use opentmcl_firmware::{Analog, Board};
 use opentmcl_plant::axis::{Axis, Influence, SwitchInput, View};
 use opentmcl_plant::machine::Machine;
 use opentmcl_plant::steppers::{DRIVER, Steppers};
+use opentmcl_plant::tmc26x::LOW_SENSE_VOLTAGE;
 use opentmcl_plant::tmc5160;
 use opentmcl_wire::Instant;
 
@@ -109,7 +110,11 @@ impl<F> VirtualBoard<F> {
         };
         let axes = match model.motion {
             Motion::Tmc5160 => Axes::Tmc5160(machines.into_iter().map(axis).collect()),
-            Motion::Tmc429 => Axes::Tmc429(Steppers::with_machines(machines, full_scale)),
+            Motion::Tmc429 => {
+                // The module's currents are those with the low sense voltage.
+                let full_scale = full_scale * 256.0 / f64::from(LOW_SENSE_VOLTAGE);
+                Axes::Tmc429(Steppers::with_machines(machines, full_scale))
+            }
         };
         let at_rest = |behaviour| {
             let mut rows = model.ports.iter();

@@ -18,6 +18,9 @@ use crate::driver::{OVERTEMPERATURE, SHORTS};
 /// Full scale of the sense voltage in mV, without and with VSENSE.
 const SENSE_VOLTAGES: [u16; 2] = [310, 165];
 
+/// What VSENSE leaves of full scale, in 1/256.
+pub const LOW_SENSE_VOLTAGE: u16 = 256 * SENSE_VOLTAGES[1] / SENSE_VOLTAGES[0];
+
 /// Flags of a reply stand in the same order as in [`Sense::flags`], 24 bits below.
 const FLAGS_SHIFT: u32 = 24;
 
@@ -27,8 +30,7 @@ impl Tmc26x {
         if !self.drives() {
             return Coils::Off;
         }
-        let [full, low] = SENSE_VOLTAGES;
-        let global = if self.field(VSENSE) == 1 { 256 * low / full } else { 256 };
+        let global = if self.field(VSENSE) == 1 { LOW_SENSE_VOLTAGE } else { 256 };
         Coils::Driven { scale: self.actual_current() as u8 + 1, global }
     }
 

@@ -31,6 +31,7 @@ mod motion;
 pub mod registers;
 
 pub use crate::driver::{Coils, Sense};
+pub use coils::LOW_SENSE_VOLTAGE;
 pub use motion::Motion;
 
 use opentmcl_motion::Instant;
