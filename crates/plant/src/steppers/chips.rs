@@ -99,7 +99,7 @@ impl Chips<'_> {
         let stretch = self.controller.stretch(self.motor, now);
         if let (Some(course), Some(stretch)) = (&mut self.wires.course, stretch) {
             course.set_scale(scale, place);
-            course.take(&stretch, now);
+            course.take(&stretch, place, now);
         }
     }
 

@@ -4,13 +4,15 @@
 //!
 //! The controller changes its velocity in steps and makes whole microsteps. A motor is driven here by a field
 //! without steps: its stretches of constant acceleration begin and end where the controller really is, with what it
-//! has made of the next microstep. In between the field may be off by a part of a microstep. The steps of the
-//! velocity, and that of the acceleration from tick to tick while an axis brakes along its curve, are their mean.
+//! has made of the next microstep. In between the field may be off by a part of a microstep, or by some of them while an
+//! axis brakes in long ticks. Of the steps of the velocity, and of those of the acceleration while an axis brakes along
+//! its curve, there is the mean.
 //!
-//! The field never jumps. Where a write ends a stretch before its time, or an axis stops between two microsteps,
-//! it goes on from where it is, and makes up for the difference in the next stretch with an end, by at most an eighth
-//! of the way there. So it can stand up to two microsteps beside the counter after a stop at once; nothing of that
-//! adds up.
+//! Where a write ends a stretch before its time, or an axis stops between two microsteps, the field goes on from where
+//! it is, and makes up for the difference in the next stretch with an end, by at most an eighth of the way there. So it
+//! can stand up to a microstep beside the counter after a stop at once. Nothing of that adds up: where an axis
+//! comes to rest by itself the field is where the counter is, the last part of a microstep taken at once; and so it
+//! is with what would be more than a microstep.
 
 use opentmcl_motion::Instant;
 use opentmcl_motion::ticked::{PLACE_SHIFT, Stretch};
@@ -82,12 +84,14 @@ impl Course {
         (self.field.speed, self.field.acceleration) = (0.0, 0.0);
     }
 
-    /// Goes on at `now` as the controller does.
-    pub(super) fn take(&mut self, stretch: &Stretch, now: Instant) {
+    /// Goes on at `now` as the controller does from this place.
+    pub(super) fn take(&mut self, stretch: &Stretch, place: i128, now: Instant) {
         let position = match self.field.until {
             Some(until) if until == now => self.end,
             _ => self.field.position_at(now),
         };
+        let (exact, microstep) = (self.position_of(place), self.scale.abs());
+        let position = position.clamp(exact - microstep, exact + microstep);
         let per_clock = self.scale / (1u64 << stretch.rate_shift) as f64;
         let whole = f64::from(stretch.velocity / (1 << 8));
         let mut field =
@@ -98,8 +102,11 @@ impl Course {
             let missing = self.position_of(stretch.end) - position - exact;
             let most = exact.abs() * CORRECTION;
             let way = exact + missing.clamp(-most, most);
-            self.end =
-                if missing.abs() <= most { self.position_of(stretch.end) } else { position + way };
+            self.end = if stretch.stops || missing.abs() <= most {
+                self.position_of(stretch.end)
+            } else {
+                position + way
+            };
             let mean = way / clocks;
             let steepest = 2.0 * mean.abs() / clocks * BELOW;
             let acceleration =

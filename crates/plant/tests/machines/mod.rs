@@ -1,4 +1,5 @@
 //! Machines that look random, and what holds of each.
+#![allow(dead_code, reason = "each of the tests uses a part")]
 
 use std::f64::consts::TAU;
 
