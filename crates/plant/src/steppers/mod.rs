@@ -155,6 +155,15 @@ impl Steppers {
         if place.is_none() && address != DRIVER {
             return;
         }
+        self.run(axis, now);
+        if let (None, Some((mut chips, _))) = (place, self.parts(axis))
+            && !chips.wires.driver.changes_with(value)
+        {
+            // Whoever reads the driver chooses first what its replies hold; the machine feels nothing of that.
+            chips.advance(now);
+            chips.wires.driver.write(value, now);
+            return;
+        }
         self.change(self.touched_with(axis, address), now, |steppers| {
             let Some((mut chips, _)) = steppers.parts(axis) else { return };
             let scale = chips.scale(now);

@@ -119,6 +119,17 @@ impl Tmc26x {
         reply
     }
 
+    /// Whether a datagram would change more than what replies hold.
+    pub(crate) fn changes_with(&self, datagram: u32) -> bool {
+        Register::addressed_by(datagram).is_some_and(|register| {
+            let without_form = |content| match register {
+                Register::DrvConf => RDSEL.insert(content, 0),
+                _ => content,
+            };
+            without_form(datagram & register.mask()) != without_form(self.register(register))
+        })
+    }
+
     /// The reply that a datagram would get now.
     pub fn status(&self, now: Instant) -> u32 {
         let result = self.result();
