@@ -1,9 +1,12 @@
-//! One axis: a motion chip and, if it has one, the machine that its motor turns.
+//! One axis: a motion chip and, if it has one, the machine that its motor turns. [`Axis`] has a TMC5160; the axes of
+//! [`crate::steppers`] have the same machines behind other chips.
 //!
 //! The chip tells where the field stands and how strong it is; the machine tells where the rotor then
 //! is, and what of it comes back: switches, encoder, load. Between two events all of that is a function
 //! of the time, so that asking changes nothing and an hour of cruising costs as much as a second.
 //!
+//! - `chip`: what a machine asks of its chips, whatever they are.
+//! - `body`: machine and switches together, and what happens there by itself.
 //! - `shaft`: torques, and how a shaft moves without a field.
 //! - `rotor`: whether the rotor follows, is pressed against something, or is loose.
 //! - `foresee`: when that next changes.
