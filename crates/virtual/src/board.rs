@@ -1,15 +1,13 @@
 //! The hardware of a virtual module: chips, pins, converters and a flash.
 
 use embedded_storage::nor_flash::NorFlash;
-use opentmcl_catalog::{Module, Motion, Port as PortRow, PortBehaviour};
+use opentmcl_catalog::{Module, Port as PortRow, PortBehaviour};
 use opentmcl_firmware::{Analog, Board};
-use opentmcl_plant::axis::{Axis, Influence, SwitchInput, View};
+use opentmcl_plant::axis::{Influence, SwitchInput, View};
 use opentmcl_plant::machine::Machine;
-use opentmcl_plant::steppers::{DRIVER, Steppers};
-use opentmcl_plant::tmc26x::LOW_SENSE_VOLTAGE;
-use opentmcl_plant::tmc5160;
 use opentmcl_wire::Instant;
 
+use crate::axes::Axes;
 use crate::flash::MemoryFlash;
 use crate::world::AnalogLevel;
 
@@ -38,51 +36,6 @@ pub struct VirtualBoard<F = MemoryFlash> {
     flash: F,
 }
 
-/// What moves.
-#[derive(Clone, Debug)]
-enum Axes {
-    /// A TMC5160 for each axis.
-    Tmc5160(Vec<Axis>),
-    /// A TMC429 for each three axes, and a TMC26x for each.
-    Tmc429(Steppers),
-}
-
-impl Axes {
-    fn next_event(&mut self, axis: usize, now: Instant) -> Option<Instant> {
-        match self {
-            Self::Tmc5160(axes) => axes.get_mut(axis)?.next_event(now),
-            Self::Tmc429(steppers) => steppers.next_event(axis as u8, now),
-        }
-    }
-
-    /// Axes of which the next event may change with what is done to the machine or the switches of one of them.
-    fn moved_with(&self, axis: u8) -> u8 {
-        match self {
-            Self::Tmc5160(_) => 1u8.checked_shl(axis.into()).unwrap_or_default(),
-            Self::Tmc429(steppers) => steppers.moved_with(axis),
-        }
-    }
-
-    /// The same for a write to a register of one of them.
-    fn touched_with(&self, axis: u8, address: u8) -> u8 {
-        match self {
-            Self::Tmc5160(_) => self.moved_with(axis),
-            Self::Tmc429(steppers) => steppers.touched_with(axis, address),
-        }
-    }
-
-    fn influence(&mut self, axis: u8, influence: Influence, now: Instant) {
-        match self {
-            Self::Tmc5160(axes) => {
-                if let Some(axis) = axes.get_mut(usize::from(axis)) {
-                    axis.influence(influence, now);
-                }
-            }
-            Self::Tmc429(steppers) => steppers.influence(axis, influence, now),
-        }
-    }
-}
-
 /// What is known of a chip's next event.
 #[derive(Clone, Copy, Debug)]
 enum Foreseen {
@@ -97,25 +50,7 @@ impl<F> VirtualBoard<F> {
     }
 
     /// A board with these machines behind its axes, by number; those without one follow every step.
-    pub fn with_machines(
-        model: &'static Module,
-        mut machines: Vec<Option<Machine>>,
-        flash: F,
-    ) -> Self {
-        machines.resize(usize::from(model.axes), None);
-        let full_scale = f64::from(model.peak_current_ma) / 1000.0;
-        let axis = |machine: Option<Machine>| match machine {
-            Some(machine) => Axis::with_machine(machine, full_scale),
-            None => Axis::new(),
-        };
-        let axes = match model.motion {
-            Motion::Tmc5160 => Axes::Tmc5160(machines.into_iter().map(axis).collect()),
-            Motion::Tmc429 => {
-                // The module's currents are those with the low sense voltage.
-                let full_scale = full_scale * 256.0 / f64::from(LOW_SENSE_VOLTAGE);
-                Axes::Tmc429(Steppers::with_machines(machines, full_scale))
-            }
-        };
+    pub fn with_machines(model: &'static Module, machines: Vec<Option<Machine>>, flash: F) -> Self {
         let at_rest = |behaviour| {
             let mut rows = model.ports.iter();
             rows.find(|row| row.behaviour == behaviour).map_or(0, |row| row.default)
@@ -125,7 +60,7 @@ impl<F> VirtualBoard<F> {
             model,
             now: Instant::from_ticks(0),
             events: vec![Foreseen::Unknown; usize::from(model.axes)],
-            axes,
+            axes: Axes::new(model, machines),
             digital_inputs: levels(model, PortBehaviour::DigitalInput),
             digital_outputs: 0,
             torque_inputs: levels(model, PortBehaviour::StoInput),
@@ -225,14 +160,7 @@ impl<F> VirtualBoard<F> {
     pub(crate) fn hold_switch(&mut self, axis: u8, switch: SwitchInput, held: Option<bool>) {
         let now = self.now;
         self.touch(self.axes.moved_with(axis));
-        match &mut self.axes {
-            Axes::Tmc5160(axes) => {
-                if let Some(axis) = axes.get_mut(usize::from(axis)) {
-                    axis.hold_switch(switch, held, now);
-                }
-            }
-            Axes::Tmc429(steppers) => steppers.hold_switch(axis, switch, held, now),
-        }
+        self.axes.hold_switch(axis, switch, held, now);
     }
 
     fn influence_all(&mut self, influence: Influence) {
@@ -243,30 +171,18 @@ impl<F> VirtualBoard<F> {
 
     /// What an axis really does at this time; none if there is no such axis.
     pub fn view(&mut self, axis: u8, now: Instant) -> Option<View> {
-        match &mut self.axes {
-            Axes::Tmc5160(axes) => axes.get_mut(usize::from(axis)).map(|axis| axis.view(now)),
-            Axes::Tmc429(steppers) => steppers.view(axis, now),
-        }
+        self.axes.view(axis, now)
     }
 
     /// What the driver of an axis tells at this time: the stall in bit 0, and the errors of its bits 25 to 30 in bits
     /// 1 to 6, as in [`Sense`](opentmcl_plant::driver::Sense).
     pub fn driver_flags(&mut self, axis: u8, now: Instant) -> u32 {
-        let flags = match &mut self.axes {
-            Axes::Tmc5160(axes) => axes
-                .get_mut(usize::from(axis))
-                .map_or(0, |axis| axis.read(tmc5160::registers::DRV_STATUS, now) >> 24),
-            Axes::Tmc429(steppers) => steppers.read(axis, DRIVER, now),
-        };
-        flags & 0x7F
+        self.axes.driver_flags(axis, now)
     }
 
     /// The machine behind an axis; none if it moves in empty space or if there is no such axis.
     pub fn machine(&self, axis: u8) -> Option<&Machine> {
-        match &self.axes {
-            Axes::Tmc5160(axes) => axes.get(usize::from(axis))?.machine(),
-            Axes::Tmc429(steppers) => steppers.machine(axis),
-        }
+        self.axes.machine(axis)
     }
 
     /// Levels of the general purpose outputs, bit n for output n.
@@ -332,7 +248,7 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     fn next_event(&mut self) -> Option<Instant> {
         let now = self.now;
         let mut next: Option<Instant> = None;
-        for (axis, foreseen) in self.events.iter_mut().enumerate() {
+        for (axis, foreseen) in (0..).zip(self.events.iter_mut()) {
             let event = match *foreseen {
                 Foreseen::At(None) => None,
                 Foreseen::At(Some(at)) if at > now => Some(at),
@@ -360,26 +276,12 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     }
 
     fn read_register(&mut self, axis: u8, address: u8) -> u32 {
-        let now = self.now;
-        match &mut self.axes {
-            Axes::Tmc5160(axes) => {
-                axes.get_mut(usize::from(axis)).map_or(0, |axis| axis.read(address, now))
-            }
-            Axes::Tmc429(steppers) => steppers.read(axis, address, now),
-        }
+        self.axes.read(axis, address, self.now)
     }
 
     fn write_register(&mut self, axis: u8, address: u8, value: u32) {
-        let now = self.now;
         self.touch(self.axes.touched_with(axis, address));
-        match &mut self.axes {
-            Axes::Tmc5160(axes) => {
-                if let Some(axis) = axes.get_mut(usize::from(axis)) {
-                    axis.write(address, value, now);
-                }
-            }
-            Axes::Tmc429(steppers) => steppers.write(axis, address, value, now),
-        }
+        self.axes.write(axis, address, value, self.now);
     }
 
     fn digital_inputs(&mut self) -> u8 {
@@ -387,13 +289,7 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     }
 
     fn home_switch(&mut self, axis: u8) -> bool {
-        let now = self.now;
-        match &mut self.axes {
-            Axes::Tmc5160(axes) => {
-                axes.get_mut(usize::from(axis)).is_some_and(|axis| axis.home_switch(now))
-            }
-            Axes::Tmc429(steppers) => steppers.home_switch(axis, now),
-        }
+        self.axes.home_switch(axis, self.now)
     }
 
     fn torque_inputs(&mut self) -> u8 {
@@ -430,12 +326,8 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     }
 
     fn reset(&mut self) {
-        let now = self.now;
         self.events.fill(Foreseen::Unknown);
-        match &mut self.axes {
-            Axes::Tmc5160(axes) => axes.iter_mut().for_each(|axis| axis.reset(now)),
-            Axes::Tmc429(steppers) => steppers.reset(now),
-        }
+        self.axes.reset(self.now);
         self.digital_outputs = 0;
     }
 }

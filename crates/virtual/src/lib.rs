@@ -24,6 +24,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod axes;
 pub mod board;
 pub mod flash;
 pub mod lab;

@@ -1,0 +1,150 @@
+//! The axes of a board, with the chips that its module has.
+
+use opentmcl_catalog::{Module, Motion};
+use opentmcl_plant::axis::{Axis, Influence, SwitchInput, View};
+use opentmcl_plant::machine::Machine;
+use opentmcl_plant::steppers::{DRIVER, Steppers};
+use opentmcl_plant::tmc26x::LOW_SENSE_VOLTAGE;
+use opentmcl_plant::tmc5160::registers::DRV_STATUS;
+use opentmcl_wire::Instant;
+
+/// What moves.
+#[derive(Clone, Debug)]
+pub(crate) enum Axes {
+    /// A TMC5160 for each axis.
+    Tmc5160(Vec<Axis>),
+    /// A TMC429 for each three axes, and a TMC26x for each.
+    Tmc429(Steppers),
+}
+
+impl Axes {
+    /// The axes of a module, with these machines behind them by number; those without one follow every step.
+    pub(crate) fn new(model: &Module, mut machines: Vec<Option<Machine>>) -> Self {
+        machines.resize(usize::from(model.axes), None);
+        let full_scale = f64::from(model.peak_current_ma) / 1000.0;
+        let axis = |machine: Option<Machine>| match machine {
+            Some(machine) => Axis::with_machine(machine, full_scale),
+            None => Axis::new(),
+        };
+        match model.motion {
+            Motion::Tmc5160 => Self::Tmc5160(machines.into_iter().map(axis).collect()),
+            Motion::Tmc429 => {
+                // The module's currents are those with the low sense voltage.
+                let full_scale = full_scale * 256.0 / f64::from(LOW_SENSE_VOLTAGE);
+                Self::Tmc429(Steppers::with_machines(machines, full_scale))
+            }
+        }
+    }
+
+    pub(crate) fn next_event(&mut self, axis: u8, now: Instant) -> Option<Instant> {
+        match self {
+            Self::Tmc5160(axes) => axes.get_mut(usize::from(axis))?.next_event(now),
+            Self::Tmc429(steppers) => steppers.next_event(axis, now),
+        }
+    }
+
+    /// Axes, bit n for axis n, of which the next event may change with what is done to the machine or the switches of
+    /// one of them.
+    pub(crate) fn moved_with(&self, axis: u8) -> u8 {
+        match self {
+            Self::Tmc5160(_) => 1u8.checked_shl(axis.into()).unwrap_or_default(),
+            Self::Tmc429(steppers) => steppers.moved_with(axis),
+        }
+    }
+
+    /// The same for a write to a register of one of them.
+    pub(crate) fn touched_with(&self, axis: u8, address: u8) -> u8 {
+        match self {
+            Self::Tmc5160(_) => self.moved_with(axis),
+            Self::Tmc429(steppers) => steppers.touched_with(axis, address),
+        }
+    }
+
+    pub(crate) fn influence(&mut self, axis: u8, influence: Influence, now: Instant) {
+        match self {
+            Self::Tmc5160(axes) => {
+                if let Some(axis) = axes.get_mut(usize::from(axis)) {
+                    axis.influence(influence, now);
+                }
+            }
+            Self::Tmc429(steppers) => steppers.influence(axis, influence, now),
+        }
+    }
+
+    pub(crate) fn hold_switch(
+        &mut self,
+        axis: u8,
+        switch: SwitchInput,
+        held: Option<bool>,
+        now: Instant,
+    ) {
+        match self {
+            Self::Tmc5160(axes) => {
+                if let Some(axis) = axes.get_mut(usize::from(axis)) {
+                    axis.hold_switch(switch, held, now);
+                }
+            }
+            Self::Tmc429(steppers) => steppers.hold_switch(axis, switch, held, now),
+        }
+    }
+
+    pub(crate) fn home_switch(&mut self, axis: u8, now: Instant) -> bool {
+        match self {
+            Self::Tmc5160(axes) => {
+                axes.get_mut(usize::from(axis)).is_some_and(|axis| axis.home_switch(now))
+            }
+            Self::Tmc429(steppers) => steppers.home_switch(axis, now),
+        }
+    }
+
+    pub(crate) fn view(&mut self, axis: u8, now: Instant) -> Option<View> {
+        match self {
+            Self::Tmc5160(axes) => axes.get_mut(usize::from(axis)).map(|axis| axis.view(now)),
+            Self::Tmc429(steppers) => steppers.view(axis, now),
+        }
+    }
+
+    /// What the driver of an axis tells: the stall in bit 0, and the errors of its bits 25 to 30 in bits 1 to 6, as in
+    /// [`Sense`](opentmcl_plant::driver::Sense).
+    pub(crate) fn driver_flags(&mut self, axis: u8, now: Instant) -> u32 {
+        let flags = match self {
+            Self::Tmc5160(_) => self.read(axis, DRV_STATUS, now) >> 24,
+            Self::Tmc429(_) => self.read(axis, DRIVER, now),
+        };
+        flags & 0x7F
+    }
+
+    pub(crate) fn machine(&self, axis: u8) -> Option<&Machine> {
+        match self {
+            Self::Tmc5160(axes) => axes.get(usize::from(axis))?.machine(),
+            Self::Tmc429(steppers) => steppers.machine(axis),
+        }
+    }
+
+    pub(crate) fn read(&mut self, axis: u8, address: u8, now: Instant) -> u32 {
+        match self {
+            Self::Tmc5160(axes) => {
+                axes.get_mut(usize::from(axis)).map_or(0, |axis| axis.read(address, now))
+            }
+            Self::Tmc429(steppers) => steppers.read(axis, address, now),
+        }
+    }
+
+    pub(crate) fn write(&mut self, axis: u8, address: u8, value: u32, now: Instant) {
+        match self {
+            Self::Tmc5160(axes) => {
+                if let Some(axis) = axes.get_mut(usize::from(axis)) {
+                    axis.write(address, value, now);
+                }
+            }
+            Self::Tmc429(steppers) => steppers.write(axis, address, value, now),
+        }
+    }
+
+    pub(crate) fn reset(&mut self, now: Instant) {
+        match self {
+            Self::Tmc5160(axes) => axes.iter_mut().for_each(|axis| axis.reset(now)),
+            Self::Tmc429(steppers) => steppers.reset(now),
+        }
+    }
+}
