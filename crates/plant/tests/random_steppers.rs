@@ -117,20 +117,23 @@ fn run(seed: u64, looks: u64) -> Vec<(Option<View>, Vec<u32>)> {
         for happening in happenings(&mut torques[number], &mut random) {
             happen(&mut steppers, axis, &happening, now);
         }
-        let before = [0, 1, 2].map(|axis| steppers.view(axis, now).unwrap());
+        // A step of a free rotor begins here for this axis: within one, brakes count with the speed at its end.
+        steppers.influence(axis, Influence::Torque(torques[number]), now);
+        let before = steppers.view(axis, now).unwrap();
         let longest = 1 << (10 + random.below(14));
         let clocks = random.below(longest);
         look(&mut steppers, &mut looker, now, clocks, looks);
         now += Duration::from_ticks(clocks);
-        for (axis, before) in (0..).zip(&before) {
+        for (axis, described) in (0..).zip(&described) {
             let told = format!("machines {seed}, axis {axis}, step {step}");
-            let (number, after) = (usize::from(axis), steppers.view(axis, now).unwrap());
-            check(&after, &described[number], &told);
-            if (before.state, after.state) == (Rotor::Free, Rotor::Free)
-                && described[number].load.along.is_empty()
-            {
-                check_energy(&described[number], torques[number], before, &after, &told);
-            }
+            check(&steppers.view(axis, now).unwrap(), described, &told);
+        }
+        let after = steppers.view(axis, now).unwrap();
+        if (before.state, after.state) == (Rotor::Free, Rotor::Free)
+            && described[number].load.along.is_empty()
+        {
+            let told = format!("machines {seed}, axis {axis}, step {step}");
+            check_energy(&described[number], torques[number], &before, &after, &told);
         }
     }
     (0..3).map(|axis| all(&mut steppers, axis, now)).collect()
