@@ -145,6 +145,51 @@ def test_a_reference_search_finds_the_edge_of_the_left_switch(bench):
     assert motor.get_axis_parameter(197, signed=True) < -10_000
 
 
+@pytest.fixture
+def stage(bench):
+    """A carriage, with ramps of 19 mm/s: 800 * 244.14 microsteps a second."""
+    stand = bench("tmcm-6110-stage.toml", 50)
+    stand.motor = TMCM6110(stand.connection).motors[0]
+    for parameter, value in ((154, 0), (153, 4), (4, 800), (5, 64), (6, 255), (194, 800), (195, 80)):
+        stand.motor.set_axis_parameter(parameter, value)
+    return stand
+
+
+# Where the origin comes to lie: the left switch from one side, the home switch in its middle.
+@pytest.mark.parametrize(("mode", "millimetres"), [(1, 0), (65, 60), (5, 30), (6, 30), (8, 30)])
+def test_homing_finds_the_place_of_the_switch(stage, mode, millimetres):
+    search = stage.connection.reference_search
+    stage.motor.set_axis_parameter(193, mode)
+    search(START, 0)
+    wait_until(lambda: search(STATUS, 0) == 0, 5, "the end of the search")
+    assert (stage.motor.actual_position, stage.motor.get_position_reached()) == (0, 1)
+    assert stage.world.axis(0)["position"] == pytest.approx(millimetres, abs=0.02)
+
+
+def test_a_stall_at_the_end_of_the_way_stops_the_axis(stage):
+    motor = stage.motor
+    motor.set_axis_parameter(181, 100)
+    motor.set_axis_parameter(174, 0)
+    motor.rotate(800)
+    wait_until(lambda: motor.actual_velocity > 700, 1, "full speed")
+    assert motor.get_axis_parameter(206) > 0
+    # 45 mm of way, and half of an electrical period behind the hard stop.
+    wait_until(lambda: motor.actual_velocity == 0, 2, "the stop")
+    assert motor.get_axis_parameter(207) == 1
+    assert stage.world.axis(0)["position"] == pytest.approx(65, abs=0.1)
+
+
+def test_without_it_the_motor_loses_its_steps(stage):
+    motor = stage.motor
+    motor.move_to(100 * 10240)
+    wait_until(motor.get_position_reached, 3, "the counter has arrived")
+    state = stage.world.axis(0)
+    assert motor.actual_position == 100 * 10240
+    # The counter went from 0 at 20 mm to 100 mm further; the carriage stands at the end of its way.
+    assert state["position"] == pytest.approx(65, abs=0.1)
+    assert state["lost_steps"] > 0
+
+
 def test_what_only_later_firmware_has_is_refused(fast_module):
     connection = fast_module.connection
     with pytest.raises(Exception, match="(?i)type"):
