@@ -99,6 +99,7 @@ fuzz-short: ## Fuzz each target for 10 seconds from the committed seeds
 soak: ## Run a hundred thousand random machines and random scenarios
 	$(call heading,random machines)
 	MACHINES=100000 cargo test --locked --release -p opentmcl-plant --test random_machines
+	MACHINES=2000 cargo test --locked --release -p opentmcl-plant --test random_steppers
 	$(call heading,random scenarios)
 	OPENTMCL_SCENARIOS=100000 cargo test --locked --release -p opentmcl-virtual --test random_scenarios
 
