@@ -98,8 +98,8 @@ fuzz-short: ## Fuzz each target for 10 seconds from the committed seeds
 .PHONY: soak
 soak: ## Run a hundred thousand random machines and random scenarios
 	$(call heading,random machines)
-	MACHINES=100000 cargo test --locked --release -p opentmcl-plant --test random_machines
-	MACHINES=2000 cargo test --locked --release -p opentmcl-plant --test random_steppers
+	MACHINES=100000 cargo test --locked --release -p opentmcl-plant --test random machines::
+	MACHINES=2000 cargo test --locked --release -p opentmcl-plant --test random steppers::
 	$(call heading,random scenarios)
 	OPENTMCL_SCENARIOS=100000 cargo test --locked --release -p opentmcl-virtual --test random_scenarios
 

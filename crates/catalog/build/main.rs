@@ -13,7 +13,8 @@ use std::{env, fs};
 use data::Source;
 
 fn main() -> ExitCode {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../modules");
+    let folder =
+        Path::new(&env::var("CARGO_MANIFEST_DIR").expect("set by Cargo")).join("../../modules");
     println!("cargo:rerun-if-changed={}", folder.display());
     println!("cargo:rerun-if-changed=build");
     match build(&folder) {

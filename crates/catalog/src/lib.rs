@@ -331,6 +331,17 @@ impl Module {
         self.axis_parameters.get(usize::from(*at))
     }
 
+    /// The parameter of the speed that an axis turns with, whose range is that of ROR and ROL.
+    pub fn target_speed(&self) -> Option<&'static AxisParameter> {
+        self.axis_parameters.iter().find(|row| {
+            matches!(
+                row.behaviour,
+                AxisBehaviour::Tmc5160(Tmc5160::TargetSpeed)
+                    | AxisBehaviour::Tmc429(Tmc429::TargetSpeed)
+            )
+        })
+    }
+
     /// The global parameter with this number in this bank.
     pub fn global_parameter(&self, bank: u8, number: u8) -> Option<&'static GlobalParameter> {
         self.global_parameters

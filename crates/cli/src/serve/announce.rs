@@ -190,6 +190,5 @@ impl Port<'_> {
 /// units.
 fn speed_to_try(model: &Module) -> i32 {
     const TURN: i32 = 51_200;
-    let speed = model.axis_parameters.iter().find(|row| row.id == "target_speed");
-    speed.map_or(TURN, |row| TURN.min(row.max / 2))
+    model.target_speed().map_or(TURN, |row| TURN.min(row.max / 2))
 }

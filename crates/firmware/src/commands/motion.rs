@@ -1,6 +1,5 @@
 //! ROR ROL MST MVP and their forms with accumulator and X.
 
-use opentmcl_catalog::{AxisBehaviour, AxisParameter, Tmc429, Tmc5160};
 use opentmcl_motion::interpolation::Axes;
 use opentmcl_wire::Status;
 
@@ -32,15 +31,7 @@ impl<B: Board> Module<B> {
 
     /// Turns with a speed in the axis' units, positive to the right.
     pub(super) fn rotate(&mut self, axis: AxisNumber, speed: i64) -> Execution {
-        let is_target_speed = |row: &&AxisParameter| {
-            matches!(
-                row.behaviour,
-                AxisBehaviour::Tmc5160(Tmc5160::TargetSpeed)
-                    | AxisBehaviour::Tmc429(Tmc429::TargetSpeed)
-            )
-        };
-        let mut rows = self.model.axis_parameters.iter();
-        let row = rows.find(is_target_speed).ok_or(Status::NOT_AVAILABLE)?;
+        let row = self.model.target_speed().ok_or(Status::NOT_AVAILABLE)?;
         self.check_range(axis, row, speed)?;
         for axis in self.group(axis) {
             self.write_axis_parameter(axis, row, speed as i32)?;

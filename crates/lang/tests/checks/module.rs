@@ -10,6 +10,24 @@ fn tells_of_commands(text: &str) {
 }
 
 #[test]
+fn a_module_with_its_own_units_and_older_firmware_is_checked_by_its_own_tables() {
+    // 2047 is the fastest; 150 and global 131 came with later firmware; 160 to 184 cannot be stored.
+    tells(
+        "ROR 0, 2048      //! value-out-of-range
+        ROL 0, 2047
+        SAP 150, 0, 1     //! no-such-axis-parameter
+        GGP 131, 0        //! no-such-global-parameter
+        STAP 4, 0
+        RSAP 214, 5
+        STAP 160, 0       //! not-storable
+        RSAP 4, 6         //! no-such-axis
+        SAPX 4, 3         //! no-such-command",
+        true,
+        opentmcl_catalog::find("tmcm-6110"),
+    );
+}
+
+#[test]
 fn commands_that_a_module_does_not_run() {
     // 3.6.56: user functions; 3.6.57: control commands; STAP and SAC are of older modules.
     tells_of_commands(

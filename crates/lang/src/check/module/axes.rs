@@ -1,6 +1,5 @@
 //! Which axes a command is for, and how fast they may turn.
 
-use opentmcl_catalog::{AxisBehaviour, Tmc5160};
 use opentmcl_wire::opcode::Field;
 use opentmcl_wire::{Command, Opcode};
 
@@ -65,9 +64,7 @@ impl Rules {
 
     /// The target speed of an axis, which ROL writes with the other sign.
     pub(super) fn velocity(self, opcode: Opcode, subject: Subject<'_>) -> Option<Diagnostic> {
-        let target_speed = AxisBehaviour::Tmc5160(Tmc5160::TargetSpeed);
-        let mut rows = self.module.axis_parameters.iter();
-        let row = rows.find(|row| row.behaviour == target_speed)?;
+        let row = self.module.target_speed()?;
         let value = i64::from(subject.command.value);
         let speed = if opcode == Opcode::Rol { -value } else { value };
         let name = format!("the speed of {}", subject.name());

@@ -14,15 +14,20 @@ impl Rules {
         let Self { module, .. } = self;
         let location = subject.operand(Field::Kind);
         let shown = subject.shown(Field::Kind);
-        let Some(row) = module.axis_parameter(subject.command.kind) else {
+        let found = module.axis_parameter(subject.command.kind);
+        let Some(row) = found.filter(|row| module.has(row.since)) else {
             let message = format!("the {} has no axis parameter {shown}", module.title);
-            let help =
-                format!("it has {}", ranges(module.axis_parameters.iter().map(|row| row.number)));
+            let rows = module.axis_parameters.iter().filter(|row| module.has(row.since));
+            let help = match found.and_then(|row| row.since) {
+                Some(since) => newer(since, module.firmware),
+                None => format!("it has {}", ranges(rows.map(|row| row.number))),
+            };
             return Some(Diagnostic::new(Code::NoSuchAxisParameter, location, message).help(help));
         };
         let parameter = format!("axis parameter {shown}, {}", row.name);
         // In the other forms the axis is in X.
-        let names_axis = matches!(opcode, Opcode::Sap | Opcode::Gap | Opcode::Aap);
+        let names_axis =
+            matches!(opcode, Opcode::Sap | Opcode::Gap | Opcode::Aap | Opcode::Stap | Opcode::Rsap);
         let axis = Some(subject.command.motor).filter(|&axis| names_axis && axis < module.axes);
         if axis.is_some_and(|axis| !row.is_on(axis)) {
             let message = format!("axis {} has no {parameter}", subject.shown(Field::Motor));
@@ -31,6 +36,15 @@ impl Rules {
         }
         if matches!(opcode, Opcode::Gap | Opcode::Gapx) {
             return None;
+        }
+        if matches!(opcode, Opcode::Stap | Opcode::Rsap) {
+            if row.access.store {
+                return None;
+            }
+            let message = format!("{parameter}, cannot be stored");
+            let storable = module.axis_parameters.iter().filter(|row| row.access.store);
+            let help = format!("{} can be stored", ranges(storable.map(|row| row.number)));
+            return Some(Diagnostic::new(Code::NotStorable, location, message).help(help));
         }
         if !row.access.write {
             let message = format!("{parameter}, can only be read");
@@ -121,7 +135,8 @@ impl Rules {
     ) -> Option<Diagnostic> {
         let Self { module, .. } = self;
         let (number, bank) = (subject.command.kind, subject.command.motor);
-        let in_bank = module.global_parameters.iter().filter(|row| row.bank == bank);
+        let rows = module.global_parameters.iter().filter(|row| module.has(row.since));
+        let in_bank = rows.filter(|row| row.bank == bank);
         if in_bank.clone().next().is_none() {
             let shown = subject.shown(Field::Motor);
             let message = format!("the {} has no bank {shown} of global parameters", module.title);
@@ -135,9 +150,13 @@ impl Rules {
         let location = subject.operand(Field::Kind);
         let shown = subject.shown(Field::Kind);
         let numbers = |row: &'static GlobalParameter| row.number..=row.last;
-        let Some(row) = module.global_parameter(bank, number) else {
+        let found = module.global_parameter(bank, number);
+        let Some(row) = found.filter(|row| module.has(row.since)) else {
             let message = format!("bank {bank} of the {} has no parameter {shown}", module.title);
-            let help = format!("it has {}", ranges(in_bank.flat_map(numbers)));
+            let help = match found.and_then(|row| row.since) {
+                Some(since) => newer(since, module.firmware),
+                None => format!("it has {}", ranges(in_bank.flat_map(numbers))),
+            };
             return Some(
                 Diagnostic::new(Code::NoSuchGlobalParameter, location, message).help(help),
             );
@@ -165,6 +184,12 @@ impl Rules {
             _ => None,
         }
     }
+}
+
+/// What to say of a row that the module's firmware is too old for.
+fn newer(since: (u8, u8), firmware: (u8, u8)) -> String {
+    let [since, firmware] = [since, firmware].map(|(major, minor)| format!("V{major}.{minor:02}"));
+    format!("firmware {since} has it, this is {firmware}")
 }
 
 /// Whether the value that SGP gives to a parameter is in its range.

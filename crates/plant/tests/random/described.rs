@@ -1,5 +1,4 @@
 //! Machines that look random, and what holds of each.
-#![allow(dead_code, reason = "each of the tests uses a part")]
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,5 @@
 //! The even field that a machine feels stays with the steps that the controller makes.
 
-mod machines;
-
 use opentmcl_motion::ticked::braking_factor;
 use opentmcl_motion::{Duration, Instant};
 use opentmcl_plant::axis::{Rotor, SwitchInput};
@@ -10,7 +8,7 @@ use opentmcl_plant::steppers::{DRIVER, Steppers};
 use opentmcl_plant::tmc26x::registers::{CS, MRES, Register, SGT, TOFF};
 use opentmcl_plant::tmc429::registers::*;
 
-use machines::Random;
+use crate::described::Random;
 
 /// A motor that follows any field at once.
 const STIFF: Motor = Motor {

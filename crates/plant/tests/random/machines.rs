@@ -3,13 +3,11 @@
 //!
 //! `MACHINES=100000` runs so many; otherwise two thousand.
 
-mod machines;
-
 use opentmcl_motion::{Duration, Instant};
 use opentmcl_plant::axis::{Axis, Coil, CoilFault, Rotor, SwitchInput, View};
 use opentmcl_plant::tmc5160::registers::*;
 
-use machines::{Random, WAY, check, check_energy, machine, machines};
+use crate::described::{Random, WAY, check, check_energy, machine, machines};
 
 /// Something that happens to an axis from outside.
 fn happen(axis: &mut Axis, torque: &mut f64, random: &mut Random, now: Instant) {

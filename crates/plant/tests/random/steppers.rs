@@ -1,9 +1,7 @@
-//! As `random_machines`, with a controller for three axes and a driver for each: nothing breaks, looking on changes
+//! As `machines`, with a controller for three axes and a driver for each: nothing breaks, looking on changes
 //! nothing, and an axis with its own controller is no other than one that shares it.
 //!
 //! `MACHINES=100000` runs so many; otherwise two hundred.
-
-mod machines;
 
 use opentmcl_motion::{Duration, Instant};
 use opentmcl_plant::axis::{Coil, CoilFault, Influence, Rotor, SwitchInput, View};
@@ -12,7 +10,7 @@ use opentmcl_plant::steppers::{DRIVER, Steppers};
 use opentmcl_plant::tmc26x::registers::{CS, MRES, Register, SEDN, SEMAX, SEMIN, SEUP, SGT, TOFF};
 use opentmcl_plant::tmc429::registers::*;
 
-use machines::{Random, WAY, check, check_energy, machine, machines};
+use crate::described::{Random, WAY, check, check_energy, machine, machines};
 
 const FULL_SCALE: f64 = 2.8;
 
