@@ -104,3 +104,107 @@ impl HallCounter {
         ((centre + from_centre + (1 << 15)) >> 16) as u16
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::random::Random;
+    use super::*;
+
+    /// Levels at an electrical angle in degrees: line k is high from 120 k - 30 on for half a turn.
+    fn levels(degrees: i32) -> u8 {
+        (0..3).fold(0, |levels, line| {
+            let high = (degrees - (120 * line - 30)).rem_euclid(360) < 180;
+            levels | u8::from(high) << line
+        })
+    }
+
+    #[test]
+    fn the_sector_is_the_one_around_the_angle() {
+        for degrees in 0..360 {
+            let expected = ((degrees + 30) / 60 % 6) as u8;
+            assert_eq!(sector(levels(degrees), false), Some(expected), "{degrees}");
+            assert_eq!(sector(!levels(degrees), true), Some(expected), "{degrees}");
+            let centre = f64::from(sector_angle(expected)) * 360.0 / 65_536.0;
+            assert!((centre - f64::from(expected) * 60.0).abs() < 0.003);
+        }
+        for invalid in [0, 7] {
+            assert_eq!(sector(invalid, false), None);
+            assert_eq!(sector(invalid, true), None);
+        }
+        assert_eq!(sector_angle(7), sector_angle(1));
+    }
+
+    #[test]
+    fn neighbours_are_steps_and_all_else_is_an_error() {
+        for from in 0..6 {
+            for to in 0..6 {
+                let mut counter = HallCounter::default();
+                assert_eq!(counter.step(Some(from)), HallStep::Same);
+                let expected = match (6 + to - from) % 6 {
+                    0 => HallStep::Same,
+                    1 => HallStep::Right,
+                    5 => HallStep::Left,
+                    _ => HallStep::Error,
+                };
+                assert_eq!(counter.step(Some(to)), expected, "{from} {to}");
+                assert_eq!(counter.step(None), HallStep::Error);
+                assert_eq!(counter.step(Some(to)), HallStep::Same);
+                assert_eq!(counter.sector(), Some(to));
+            }
+        }
+    }
+
+    #[test]
+    fn an_angle_without_a_known_edge_is_the_centre() {
+        let mut counter = HallCounter::default();
+        assert_eq!(counter.angle(5, 1 << 20), 0);
+        counter.step(Some(2));
+        assert_eq!(counter.angle(5, 1 << 20), sector_angle(2));
+        counter.step(Some(3));
+        assert_ne!(counter.angle(0, 1 << 20), sector_angle(3));
+        counter.step(Some(0));
+        assert_eq!(counter.angle(5, 1 << 20), sector_angle(0));
+    }
+
+    #[test]
+    fn the_angle_follows_an_even_turn() {
+        // 10 units in a period, 1092 periods in a sector.
+        for direction in [1, -1] {
+            let mut counter = HallCounter::default();
+            let mut since = 0;
+            for period in 0..30_000 {
+                let angle = (direction * period * 10) as u16;
+                let now = ((u32::from(angle) + 5_461) * 6 >> 16) as u8 % 6;
+                match counter.step(Some(now)) {
+                    HallStep::Same => since += 1,
+                    HallStep::Error => panic!("jumped"),
+                    _ => since = 0,
+                }
+                if period > 1_100 {
+                    let off = counter.angle(since, direction * 10 * 65_536).wrapping_sub(angle);
+                    assert!((off as i16).abs() <= 12, "{off} off at {angle}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_angle_stays_in_its_sector() {
+        let mut random = Random::new(0x4a11);
+        let mut counter = HallCounter::default();
+        for _ in 0..200_000 {
+            let now = (random.below(8) != 0).then(|| random.next() as u8);
+            counter.step(if random.below(2) == 0 { now } else { now.map(|sector| sector % 6) });
+            let angle = counter.angle(random.unsigned(), random.signed());
+            let centre = sector_angle(counter.sector().unwrap_or(0));
+            assert!((angle.wrapping_sub(centre) as i16).unsigned_abs() <= 5_462);
+        }
+        // Entered from below, at the lower edge; later at the upper one, 30° further than the centre.
+        let mut counter = HallCounter::default();
+        counter.step(Some(0));
+        counter.step(Some(1));
+        assert_eq!(counter.angle(0, i32::MAX), 5_461);
+        assert_eq!(counter.angle(7, -1_000_000), 5_461);
+        assert_eq!(counter.angle(u32::MAX, i32::MAX), 16_384);
+    }
+}

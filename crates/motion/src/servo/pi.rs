@@ -70,3 +70,104 @@ impl Pi {
         self.integral = if gains.i == 0 { 0 } else { i64::from(output) << INTEGRAL_SHIFT };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::random::Random;
+    use super::*;
+
+    #[test]
+    fn the_proportional_part_is_p_times_the_error_by_256() {
+        let mut pi = Pi::default();
+        let gains = Gains { p: 512, i: 0 };
+        assert_eq!(pi.step(gains, 150, 50, 1_000), 200);
+        assert_eq!(pi.error(), 100);
+        assert_eq!(pi.step(gains, -50, 50, 1_000), -200);
+        assert_eq!(pi.step(gains, 600, 0, 1_000), 1_000);
+        assert_eq!(pi.step(gains, -600, 0, 1_000), -1_000);
+    }
+
+    #[test]
+    fn the_integral_part_is_i_times_the_sum_of_errors_by_65536() {
+        let mut pi = Pi::default();
+        let gains = Gains { p: 0, i: 1_000 };
+        for calls in 1..=500 {
+            let exact = f64::from(calls * 7) * 1_000.0 / 65_536.0;
+            assert!((f64::from(pi.step(gains, 7, 0, 1_000)) - exact).abs() <= 0.51);
+            assert_eq!(pi.error_sum(gains), calls * 7);
+        }
+        // It remains when the error has gone, and falls with a negative one.
+        assert_eq!(pi.step(gains, 0, 0, 1_000), 53);
+        for _ in 0..500 {
+            pi.step(gains, 0, 7, 1_000);
+        }
+        assert_eq!(pi.step(gains, 0, 0, 1_000), 0);
+        assert_eq!(pi.error_sum(gains), 0);
+    }
+
+    #[test]
+    fn a_regulator_at_its_limit_comes_back_at_once() {
+        let mut pi = Pi::default();
+        let gains = Gains { p: 256, i: 65_536 };
+        for _ in 0..10_000 {
+            assert!(pi.step(gains, 60, 0, 100) <= 100);
+        }
+        // Nothing is summed up: already the first error would have led beyond the limit.
+        assert_eq!(pi.error_sum(gains), 0);
+        assert_eq!(pi.step(gains, 30, 0, 100), 60);
+        assert_eq!(pi.step(gains, -30, 0, 100), -30);
+
+        let mut slow = Pi::default();
+        let gains = Gains { p: 0, i: 6_554 };
+        for _ in 0..10_000 {
+            slow.step(gains, 60, 0, 100);
+        }
+        assert_eq!(slow.step(gains, 60, 0, 100), 100);
+        // 6 per call: below the limit with the first error of the other sign.
+        assert_eq!(slow.step(gains, -60, 0, 100), 94);
+    }
+
+    #[test]
+    fn a_lower_limit_holds_for_what_was_summed_before() {
+        let mut pi = Pi::default();
+        let gains = Gains { p: 0, i: 65_536 };
+        assert_eq!(pi.step(gains, 800, 0, 1_000), 800);
+        assert_eq!(pi.step(gains, 0, 0, 100), 100);
+        assert_eq!(pi.step(gains, 0, 0, 1_000), 100);
+        assert_eq!(pi.step(gains, 0, 0, -5), 0);
+    }
+
+    #[test]
+    fn a_regulator_goes_on_from_its_preset() {
+        let mut pi = Pi::default();
+        let gains = Gains { p: 300, i: 20 };
+        pi.preset(gains, 1_234);
+        assert_eq!(pi.step(gains, 5, 5, 2_000), 1_234);
+        assert_eq!(pi.error_sum(gains), 1_234 * 65_536 / 20);
+        pi.preset(gains, -5_000);
+        assert_eq!(pi.step(gains, 5, 5, 2_000), -2_000);
+        pi.preset(Gains { p: 300, i: 0 }, 1_234);
+        assert_eq!(pi.step(Gains { p: 300, i: 0 }, 5, 5, 2_000), 0);
+        pi.step(gains, 1_000, 0, 2_000);
+        pi.reset();
+        assert_eq!(pi, Pi::default());
+    }
+
+    #[test]
+    fn any_input_has_an_output_within_its_limit() {
+        let mut random = Random::new(0x91);
+        let mut pi = Pi::default();
+        for _ in 0..300_000 {
+            let gains = Gains { p: random.signed(), i: random.signed() };
+            let (target, actual, limit) = (random.signed(), random.signed(), random.signed());
+            if random.below(50) == 0 {
+                pi.preset(gains, random.signed());
+            }
+            let output = pi.step(gains, target, actual, limit);
+            assert!(i64::from(output).abs() <= i64::from(limit.max(0)));
+            let integral = i128::from(pi.integral).abs();
+            assert!(integral <= i128::from(limit.max(0)) << 16);
+            pi.error_sum(gains);
+        }
+    }
+}

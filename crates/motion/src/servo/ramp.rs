@@ -213,3 +213,220 @@ fn highest_speed(way: i128, goal: i64, acceleration: i64, per_turn: i128) -> i64
     // Not above `goal`, which has 64 bits.
     ((root(square.unsigned_abs()) as i64 - acceleration) / 2).min(goal)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::random::Random;
+    use super::*;
+
+    #[test]
+    fn a_speed_changes_by_exactly_the_acceleration_in_a_second() {
+        for (acceleration, steps) in [(2_000, 20_000), (1, 20_000), (777, 1_000), (123_457, 999)] {
+            for direction in [1, -1] {
+                let mut ramp = SpeedRamp::default();
+                let target = direction * 1_000_000;
+                for _ in 0..steps {
+                    ramp.step(target, acceleration, steps);
+                }
+                assert_eq!(ramp.speed(), direction * acceleration as i32 * 256);
+            }
+        }
+    }
+
+    #[test]
+    fn a_speed_ends_on_its_target() {
+        let mut ramp = SpeedRamp::default();
+        ramp.set(-300 * 256 - 77);
+        assert_eq!(ramp.speed(), -300 * 256 - 77);
+        let mut steps = 0;
+        while ramp.step(500, 1_600, 1_000) != 500 * 256 {
+            steps += 1;
+            assert!(steps < 600);
+        }
+        // 800.3 rpm at 1.6 rpm per step take 501 steps.
+        assert_eq!(steps, 500);
+        assert_eq!(ramp.step(500, 1_600, 1_000), 500 * 256);
+        assert_eq!(ramp.step(900, 0, 1_000), 500 * 256, "no acceleration, no change");
+    }
+
+    #[test]
+    fn the_braking_speed_is_the_root_of_the_way() {
+        // 2000 rpm/s, 5 turns: sqrt(120 * 2000 * 5) = 1095.445 rpm.
+        assert_eq!(braking_speed(5 * 4_096, 2_000, 4_096), 280_433);
+        assert_eq!(braking_speed(0, 2_000, 4_096), 0);
+        assert_eq!(braking_speed(5, 0, 0), 0);
+        assert_eq!(braking_speed(u64::MAX, u32::MAX, 0), u32::MAX);
+        let mut random = Random::new(0xb4a6e);
+        for _ in 0..50_000 {
+            let distance = u64::from(random.unsigned()) << random.below(33);
+            let (acceleration, counts) = (random.unsigned(), random.unsigned());
+            let turns = distance as f64 / f64::from(counts.max(1));
+            let exact = (120.0 * f64::from(acceleration) * turns).sqrt() * 256.0;
+            let given = f64::from(braking_speed(distance, acceleration, counts));
+            let exact = exact.min(f64::from(u32::MAX));
+            assert!(given <= exact + 1e-3 && given >= exact - 1.01, "{given} {exact}");
+        }
+    }
+
+    /// Velocity limit, acceleration, counts per turn, steps per second.
+    #[derive(Clone, Copy, Debug)]
+    struct Limits(u32, u32, u32, u32);
+
+    fn step(ramp: &mut PositionRamp, target: i32, limits: Limits) -> i32 {
+        ramp.step(target, limits.0, limits.1, limits.2, limits.3)
+    }
+
+    /// Steps until the ramp rests on its target; checks that speed and acceleration keep their limits.
+    fn run(ramp: &mut PositionRamp, target: i32, limits: Limits, most: u32) -> u32 {
+        let Limits(velocity, acceleration, _, steps) = limits;
+        // What speed() rounds, twice.
+        let change = f64::from(acceleration) * 256.0 / f64::from(steps) + 2.0;
+        for taken in 0..most {
+            let before = ramp.speed();
+            step(ramp, target, limits);
+            let speed = ramp.speed();
+            assert!(f64::from(speed - before).abs() <= change, "{before} {speed} {limits:?}");
+            assert!(
+                speed.unsigned_abs() <= (velocity * 256).max(before.unsigned_abs()),
+                "{speed} {limits:?}"
+            );
+            if ramp.position() == target && speed == 0 && ramp.fraction == 0 {
+                return taken;
+            }
+        }
+        panic!("{ramp:?} does not reach {target} with {limits:?}");
+    }
+
+    #[test]
+    fn a_move_takes_the_time_of_the_textbook_and_never_turns_back() {
+        for limits in [
+            Limits(4_000, 2_000, 65_536, 1_000),
+            Limits(4_000, 2_000, 65_536, 20_000),
+            Limits(2_000, 10_000, 24, 1_000),
+            Limits(100, 100_000, 24, 1_000),
+            Limits(3_000, 37, 4_096, 1_000),
+        ] {
+            let Limits(velocity, acceleration, counts, steps) = limits;
+            for turns in [1, 30, 1_000] {
+                for direction in [1, -1] {
+                    let target = direction * turns * counts as i32;
+                    let mut ramp = PositionRamp::default();
+                    let mut copy = ramp;
+                    let taken = run(&mut ramp, target, limits, 100_000_000);
+                    let mut before = 0;
+                    for _ in 0..taken {
+                        let now = direction * step(&mut copy, target, limits);
+                        assert!(now >= before && now <= target.abs());
+                        before = now;
+                    }
+                    let (v, a) = (f64::from(velocity) / 60.0, f64::from(acceleration) / 60.0);
+                    let way = f64::from(turns);
+                    let time =
+                        if way > v * v / a { way / v + v / a } else { 2.0 * (way / a).sqrt() };
+                    let given = f64::from(taken) / f64::from(steps);
+                    let off = (given - time).abs();
+                    assert!(off < 5.0 / f64::from(steps), "{given} for {time}: {limits:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_ramp_brakes_with_the_braking_speed() {
+        let limits = Limits(4_000, 2_000, 4_096, 20_000);
+        let mut ramp = PositionRamp::default();
+        let target = 100 * 4_096;
+        let mut compared = 0;
+        while ramp.position() != target {
+            let left = (target - ramp.position()) as u64;
+            step(&mut ramp, target, limits);
+            if left < 45 * 4_096 && left > 100 {
+                let bound = braking_speed(left, 2_000, 4_096);
+                // A step is 0.1 rpm, a count of the way up to 1 rpm at this end.
+                assert!(bound.abs_diff(ramp.speed().unsigned_abs()) < 2 * 256, "{left}");
+                compared += 1;
+            }
+        }
+        assert!(compared > 10_000);
+    }
+
+    #[test]
+    fn a_new_target_behind_is_reached_by_braking_first() {
+        let limits = Limits(1_000, 1_000, 4_096, 1_000);
+        let mut ramp = PositionRamp::default();
+        for _ in 0..1_000 {
+            step(&mut ramp, 1_000_000, limits);
+        }
+        let here = ramp.position();
+        assert_eq!(ramp.speed(), 1_000 * 256);
+        let mut furthest = here;
+        let mut copy = ramp;
+        let taken = run(&mut ramp, here, limits, 10_000);
+        for _ in 0..taken {
+            furthest = furthest.max(step(&mut copy, here, limits));
+        }
+        // One second of braking: half of 1000/60 turns.
+        let overshoot = f64::from(furthest - here) / 4_096.0;
+        assert!((overshoot - 500.0 / 60.0).abs() < 0.02, "{overshoot}");
+        // 1 s to brake, and the way back with up to sqrt(60 * 1000 * 8.33) = 707 rpm: 2 * 0.707 s.
+        assert!(taken.abs_diff(2_414) < 5, "{taken}");
+    }
+
+    #[test]
+    fn a_ramp_goes_over_the_ends_of_the_counter_and_on_from_where_it_is_put() {
+        let limits = Limits(1_000, 5_000, 4_096, 1_000);
+        let mut ramp = PositionRamp::default();
+        ramp.set(i32::MAX - 1_000, -300 * 256);
+        assert_eq!((ramp.position(), ramp.speed()), (i32::MAX - 1_000, -300 * 256));
+        assert!(run(&mut ramp, i32::MIN + 100_000, limits, 10_000) < 2_500);
+        ramp.set(77, 0);
+        assert_eq!(run(&mut ramp, 77, limits, 1), 0);
+    }
+
+    #[test]
+    fn targets_that_change_on_the_way_are_reached_within_the_limits() {
+        let mut random = Random::new(0x9a3b);
+        for _ in 0..3_000 {
+            let mut ramp = PositionRamp::default();
+            ramp.set(random.signed(), (random.signed() >> 10).clamp(-500_000, 500_000));
+            let mut limits = Limits(100, 100, 24, 1_000);
+            for _ in 0..4 {
+                limits = Limits(
+                    1 + random.magnitude(13),
+                    200 + random.magnitude(17),
+                    1 + random.magnitude(17),
+                    1_000,
+                );
+                for _ in 0..random.magnitude(8) {
+                    step(&mut ramp, random.signed(), limits);
+                }
+            }
+            limits.0 = limits.0.max(200);
+            let way = (random.signed() >> 8) % (20 * limits.2 as i32);
+            let target = ramp.position().wrapping_add(way);
+            run(&mut ramp, target, limits, 1_000_000);
+        }
+    }
+
+    #[test]
+    fn any_input_has_an_answer() {
+        let mut random = Random::new(0x3a5);
+        let (mut speed, mut position) = (SpeedRamp::default(), PositionRamp::default());
+        for _ in 0..300_000 {
+            if random.below(100) == 0 {
+                speed.set(random.signed());
+                position.set(random.signed(), random.signed());
+            }
+            let target = random.signed();
+            let before = i64::from(speed.speed());
+            let now = i64::from(speed.step(target, random.unsigned(), random.unsigned()));
+            let goal = (i64::from(target) * 256).clamp(i32::MIN.into(), i32::MAX.into());
+            assert!(now >= before.min(goal) && now <= before.max(goal));
+            let limits =
+                Limits(random.unsigned(), random.unsigned(), random.unsigned(), random.unsigned());
+            assert_eq!(step(&mut position, random.signed(), limits), position.position());
+            let half = 30 * i128::from(position.scale).pow(2);
+            assert!(i128::from(position.fraction).abs() <= half);
+        }
+    }
+}

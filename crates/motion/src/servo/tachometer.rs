@@ -165,3 +165,170 @@ impl Tachometer {
         saturated(counts.saturating_mul(SPEED) / divisor)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::random::Random;
+    use super::*;
+
+    /// A rotor at an even speed: the counter after a period, and the age of its last edge. In exact integers:
+    /// the position in counts is `numerator` * parts / `denominator`.
+    fn even(period: i64, numerator: i64, denominator: i64) -> (i32, u8) {
+        let now = (period + 1) * PARTS;
+        let count = (now * numerator).div_euclid(denominator);
+        // To the right the last edge came where the position became `count`, rounded up to a part.
+        let at = (count * denominator + numerator - 1).div_euclid(numerator);
+        (count as i32, (now - at).clamp(0, 255) as u8)
+    }
+
+    /// Numerator and denominator for a speed in rpm.
+    fn rate(rpm: i64, counts_per_turn: i64) -> (i64, i64) {
+        (rpm * counts_per_turn, 60 * i64::from(PERIODS_PER_SECOND) * PARTS)
+    }
+
+    fn rpm(tachometer: &Tachometer) -> f64 {
+        f64::from(tachometer.speed()) / 256.0
+    }
+
+    #[test]
+    fn an_even_speed_is_measured_to_a_thousandth_at_any_resolution() {
+        for (counts, spacing, marks) in
+            [(24, 1, 8), (24, 20, 1), (6, 1, 8), (4_000, 20, 5), (65_536, 20, 5)]
+        {
+            for speed in [50, 777, 4_000, 20_000] {
+                let (numerator, denominator) = rate(speed, counts);
+                for mirrored in [false, true] {
+                    let mut tachometer = Tachometer::new(counts as u32, spacing, marks);
+                    for period in 0..20_000 {
+                        let (count, age) = even(period, numerator, denominator);
+                        tachometer.step(if mirrored { -count } else { count }, age);
+                        // Two edges, two marks; then every single reading has to be right.
+                        if period < 10_000 {
+                            continue;
+                        }
+                        let expected = if mirrored { -speed } else { speed } as f64;
+                        let off = (rpm(&tachometer) / expected - 1.0).abs();
+                        assert!(off < 1e-3, "{} at {speed} with {counts}", rpm(&tachometer));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_change_of_speed_is_seen_after_five_milliseconds() {
+        // 24 counts, 2000 rpm = 800 counts per second = 25 periods per count; then 4000 rpm.
+        let mut tachometer = Tachometer::new(24, 1, 8);
+        let mut count = 0;
+        for period in 1..=2_000 {
+            count += i32::from(period % 25 == 0);
+            tachometer.step(count, 0);
+        }
+        assert_eq!(tachometer.speed(), 2_000 * 256);
+        let mut half_periods = 0;
+        for _ in 0..115 {
+            half_periods += 2;
+            let edge = half_periods % 25 < 2;
+            count += i32::from(edge);
+            // On the odd edges half a period has passed since.
+            tachometer.step(count, if edge && half_periods % 25 == 1 { 128 } else { 0 });
+        }
+        assert_eq!(tachometer.speed(), 4_000 * 256);
+    }
+
+    #[test]
+    fn without_edges_the_speed_falls_to_zero() {
+        // 24 counts, an edge each 25 periods: 2000 rpm.
+        let mut tachometer = Tachometer::new(24, 1, 8);
+        let mut count = 0;
+        for period in 1..=1_000 {
+            count += i32::from(period % 25 == 0);
+            tachometer.step(count, 0);
+        }
+        let mut before = tachometer.speed();
+        for period in 1..STANDSTILL {
+            tachometer.step(count, 0);
+            assert!(tachometer.speed() <= before);
+            before = tachometer.speed();
+            // One count of 24 since the last edge, looked at up to 19 periods ago.
+            let looked = f64::from(period / FALL_PERIODS * FALL_PERIODS);
+            let most = 60.0 * 20_000.0 / 24.0 / looked;
+            assert!((rpm(&tachometer) - most.min(2_000.0)).abs() < 0.01, "{period}");
+        }
+        tachometer.step(count, 0);
+        assert_eq!(tachometer.speed(), 0);
+        let standing = tachometer;
+        for _ in 0..1_000 {
+            tachometer.step(count, 0);
+        }
+        assert_eq!(tachometer, standing, "a standing rotor changes nothing");
+    }
+
+    #[test]
+    fn a_reversal_begins_anew() {
+        let mut tachometer = Tachometer::new(24, 1, 8);
+        let mut count = 0;
+        for period in 1..=1_000 {
+            count += i32::from(period % 25 == 0);
+            tachometer.step(count, 0);
+        }
+        assert_eq!(tachometer.speed(), 2_000 * 256);
+        // Back over the same edge: nothing is known but that it turns the other way.
+        tachometer.step(count - 1, 0);
+        assert_eq!(tachometer.speed(), 0);
+        for period in 1..=50 {
+            tachometer.step(count - 1 - period / 50, 0);
+        }
+        assert_eq!(tachometer.speed(), -1_000 * 256);
+    }
+
+    #[test]
+    fn a_counter_that_is_set_or_wraps_is_no_motion() {
+        let mut tachometer = Tachometer::new(24, 1, 8);
+        let mut count = i32::MAX - 20;
+        for period in 1..=2_000 {
+            count = count.wrapping_add(i32::from(period % 25 == 0));
+            tachometer.step(count, 0);
+            if period == 1_510 {
+                count = 1_000_000;
+                tachometer.set_count(count);
+            }
+            assert!(period < 75 || tachometer.speed() == 2_000 * 256, "{period}");
+        }
+    }
+
+    #[test]
+    fn any_counter_has_a_speed() {
+        let mut random = Random::new(0x7ac0);
+        for _ in 0..2_000 {
+            let mut tachometer = Tachometer::new(
+                random.unsigned(),
+                random.magnitude(16) as u16,
+                random.next() as u8,
+            );
+            let mut count = 0i32;
+            for _ in 0..random.magnitude(9) {
+                count = match random.below(3) {
+                    0 => count.wrapping_add(random.signed()),
+                    1 => count.wrapping_add(1),
+                    _ => count,
+                };
+                if random.below(30) == 0 {
+                    tachometer.set_count(random.signed());
+                }
+                tachometer.step(count, random.next() as u8);
+                let direction = i32::from(tachometer.direction);
+                assert!(tachometer.speed() == 0 || random.below(2) < 2);
+                assert!(direction.abs() <= 1);
+            }
+        }
+        // An edge at the last moment before the standstill, with the widest spacing.
+        let mut tachometer = Tachometer::new(u32::MAX, u16::MAX, 1);
+        for count in 0..5 {
+            for _ in 0..STANDSTILL - 1 {
+                tachometer.step(count, 255);
+            }
+        }
+        assert_eq!(tachometer.speed(), 0);
+    }
+}

@@ -164,3 +164,119 @@ pub fn space_vector(voltage: AlphaBeta) -> [u16; 3] {
     let duty = |phase: i64| ((phase + common) >> DUTY_SHIFT).clamp(0, 65_535) as u16;
     [duty(a), duty(b), duty(c)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::random::Random;
+    use super::*;
+    use std::f64::consts::{PI, TAU};
+
+    fn radians(angle: u16) -> f64 {
+        f64::from(angle) / 65_536.0 * TAU
+    }
+
+    #[test]
+    fn sine_and_cosine_are_right_at_every_angle() {
+        for angle in 0..=u16::MAX {
+            let (sin, cos) = sin_cos(angle);
+            let exact = radians(angle).sin_cos();
+            assert!((f64::from(sin) / 32_768.0 - exact.0).abs() < 5e-5, "sine at {angle}");
+            assert!((f64::from(cos) / 32_768.0 - exact.1).abs() < 5e-5, "cosine at {angle}");
+        }
+        assert_eq!(sin_cos(0), (0, 32_768));
+        assert_eq!(sin_cos(0x4000), (32_768, 0));
+        assert_eq!(sin_cos(0x8000), (0, -32_768));
+        assert_eq!(sin_cos(0xC000), (-32_768, 0));
+    }
+
+    #[test]
+    fn three_phases_are_a_vector_of_their_amplitude() {
+        for angle in (0..=u16::MAX).step_by(97) {
+            let phase = |behind: f64| 20_000.0 * (radians(angle) - behind).cos();
+            let vector = clarke(phase(0.0).round() as i32, phase(TAU / 3.0).round() as i32);
+            let (sin, cos) = radians(angle).sin_cos();
+            assert!((f64::from(vector.alpha) - 20_000.0 * cos).abs() <= 1.0);
+            assert!((f64::from(vector.beta) - 20_000.0 * sin).abs() <= 2.0);
+        }
+    }
+
+    #[test]
+    fn a_vector_that_turns_with_the_rotor_stands_for_it() {
+        for angle in (0..=u16::MAX).step_by(89) {
+            let (sin, cos) = (radians(angle) + 0.3).sin_cos();
+            let alpha = (30_000.0 * cos).round() as i32;
+            let beta = (30_000.0 * sin).round() as i32;
+            let seen = AlphaBeta { alpha, beta }.park(angle);
+            assert!((f64::from(seen.d) - 30_000.0 * 0.3f64.cos()).abs() <= 3.0, "{angle}");
+            assert!((f64::from(seen.q) - 30_000.0 * 0.3f64.sin()).abs() <= 3.0, "{angle}");
+            let back = seen.unpark(angle);
+            assert!(back.alpha.abs_diff(alpha) <= 4 && back.beta.abs_diff(beta) <= 4, "{angle}");
+        }
+    }
+
+    #[test]
+    fn the_flux_comes_first_within_the_circle() {
+        let limited = |d, q, limit| {
+            let Dq { d, q } = Dq { d, q }.limited(limit);
+            (d, q)
+        };
+        assert_eq!(limited(3, -4, 5), (3, -4));
+        assert_eq!(limited(3, -400, 5), (3, -4));
+        assert_eq!(limited(-300, 1, 5), (-5, 0));
+        // 13178² = 173659684 is the last square below 32767² - 30000² = 173676289.
+        assert_eq!(limited(30_000, 30_000, 32_767), (30_000, 13_178));
+        assert_eq!(limited(7, 7, 0), (0, 0));
+        assert_eq!(limited(7, 7, -1), (0, 0));
+        assert_eq!(limited(i32::MIN, i32::MIN, i32::MAX), (-i32::MAX, 0));
+        assert_eq!(limited(0, i32::MIN, i32::MAX), (0, -i32::MAX));
+    }
+
+    /// Line voltages in 1/65535 of the supply, which sqrt 3 times an amplitude of 32767 is.
+    fn line_voltages(amplitude: f64, angle: f64) -> [f64; 3] {
+        let phase = |k: f64| (angle - k * TAU / 3.0).cos() * amplitude / 32_767.0 * 65_535.0;
+        let [a, b, c] = [phase(0.0), phase(1.0), phase(2.0)].map(|v| v / 3f64.sqrt());
+        [a - b, b - c, c - a]
+    }
+
+    #[test]
+    fn the_duties_give_the_line_voltages_that_are_asked_for() {
+        for amplitude in [0.0, 1.0, 500.0, 16_384.0, 32_767.0] {
+            for step in 0..720 {
+                let angle = f64::from(step) * PI / 360.0;
+                let alpha = (amplitude * angle.cos()).round() as i32;
+                let beta = (amplitude * angle.sin()).round() as i32;
+                let [a, b, c] = space_vector(AlphaBeta { alpha, beta }).map(f64::from);
+                let asked = line_voltages(amplitude, angle);
+                for (given, asked) in [a - b, b - c, c - a].into_iter().zip(asked) {
+                    assert!((given - asked).abs() < 4.0, "{amplitude} at {angle}: {given} {asked}");
+                }
+                let centre = a.max(b).max(c) + a.min(b).min(c);
+                assert!((centre - 65_535.0).abs() <= 2.0, "off centre at {angle}: {centre}");
+            }
+        }
+    }
+
+    #[test]
+    fn any_vector_has_an_answer_within_bounds() {
+        let mut random = Random::new(0x7a5f);
+        for _ in 0..200_000 {
+            let (a, b, angle) = (random.signed(), random.signed(), random.next() as u16);
+            let limit = random.signed();
+            let vector = clarke(a, b);
+            let seen = vector.park(angle);
+            let limited = seen.limited(limit);
+            let length = f64::from(limited.d).hypot(f64::from(limited.q));
+            assert!(length <= f64::from(limit.max(0)) * (1.0 + 1e-12), "{limited:?} {limit}");
+            assert!(limited.d.abs() <= seen.d.saturating_abs());
+            // As much as possible: one more of q would be outside.
+            if limited.q != seen.q {
+                let more = (i128::from(limited.q).abs() + 1).pow(2) + i128::from(limited.d).pow(2);
+                assert!(more > i128::from(limit.max(0)).pow(2), "{limited:?} {limit}");
+            }
+            let duties = space_vector(limited.unpark(angle));
+            let [low, high] = [duties.iter().min(), duties.iter().max()].map(|d| *d.unwrap());
+            // Too much is clipped at both ends alike.
+            assert!((i32::from(low) + i32::from(high) - 65_535).abs() <= 2, "{duties:?}");
+        }
+    }
+}
