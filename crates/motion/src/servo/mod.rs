@@ -6,6 +6,16 @@
 //! Units: currents are in the units of the module's current converter, voltages in 1/32767 of the largest
 //! amplitude that the bridge can give a phase, angles in 1/65536 turn, speeds in 1/256 revolution per minute.
 
+pub mod block;
+pub mod hall;
+pub mod pi;
+pub mod ramp;
+pub mod tachometer;
+pub mod transform;
+
+#[cfg(test)]
+mod random;
+
 /// Control periods per second.
 pub const PERIODS_PER_SECOND: u32 = 20_000;
 
@@ -58,4 +68,16 @@ pub enum Leg {
     Open,
     /// Switched to the supply for this part of the period, 1/65535, and to ground for the rest.
     Duty(u16),
+}
+
+/// The nearest value that 32 bits can hold.
+#[inline]
+const fn saturated(value: i64) -> i32 {
+    if value > i32::MAX as i64 {
+        i32::MAX
+    } else if value < i32::MIN as i64 {
+        i32::MIN
+    } else {
+        value as i32
+    }
 }
