@@ -45,6 +45,13 @@ impl GlobalSettings {
         self.values[usize::from(number)]
     }
 
+    /// Sets the parameter with this effect, if the module has one.
+    pub(crate) fn set(&mut self, effect: Globals, value: i32) {
+        if self.has(effect) {
+            self.values[usize::from(self.numbers[effect as usize % Self::EFFECTS])] = value;
+        }
+    }
+
     pub(crate) fn set_number(&mut self, number: u8, value: i32) {
         self.values[usize::from(number)] = value;
     }

@@ -1,0 +1,156 @@
+//! What happens in each control period: currents in, duties out.
+
+use opentmcl_catalog::{Block, Foc, Motion, Servo as Shared};
+use opentmcl_motion::servo::pi::Gains;
+use opentmcl_motion::servo::transform::{Dq, clarke, space_vector};
+use opentmcl_motion::servo::{Leg, Power, Senses, block};
+
+use super::init::Forced;
+use super::sensors::Source;
+use super::{FULL_VOLTAGE, Mode, PERIODS_PER_TICK, Servo, TWO_SHUNT_MA};
+
+/// Current in mA of one count of the converter behind the single shunt.
+pub(super) const SINGLE_SHUNT_MA: i32 = 20;
+
+/// Control periods between two runs of the speed regulator of a TMCM-1636: 2 kHz.
+const FOC_VELOCITY_PERIODS: u64 = 10;
+
+/// What flows, on average over the last millisecond and its sum so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Measured {
+    sum: Dq,
+    /// Mean of the millisecond that has ended last: flux and torque, in mA.
+    pub(super) mean: Dq,
+}
+
+impl Measured {
+    #[inline]
+    fn add(&mut self, current: Dq) {
+        self.sum.d = self.sum.d.saturating_add(current.d);
+        self.sum.q = self.sum.q.saturating_add(current.q);
+    }
+
+    /// A millisecond has ended.
+    pub(super) fn close(&mut self, milliamps: i32) {
+        let mean = |sum: i32| sum.saturating_mul(milliamps) / PERIODS_PER_TICK as i32;
+        self.mean = Dq { d: mean(self.sum.d), q: mean(self.sum.q) };
+        self.sum = Dq::default();
+    }
+}
+
+impl Servo {
+    /// One control period; `number` counts them since power-up.
+    #[inline]
+    pub(super) fn period(&mut self, motion: Motion, senses: Senses, number: u64) -> Power {
+        self.senses = senses;
+        let has_jumped = self.sensors.step(&senses, &self.reading);
+        if has_jumped && self.uses_halls() {
+            self.latch_hall_error();
+        }
+        if senses.driver_fault {
+            self.latch_driver_fault();
+        }
+        let legs = match motion {
+            Motion::Block => self.block_period(number),
+            _ => self.foc_period(number),
+        };
+        self.power = Power { legs, chopper: self.chops(), brake: self.brake.duty };
+        self.power
+    }
+
+    pub(super) fn torque_gains(&self) -> Gains {
+        Gains { p: self.settings[Shared::TorqueP], i: self.settings[Shared::TorqueI] }
+    }
+
+    fn block_period(&mut self, number: u64) -> [Leg; 3] {
+        let raw = i32::from(self.senses.currents[0]) - self.settings[Block::ShuntOffset];
+        // The shunt sees the current of the leg that is high, whichever way the torque goes.
+        let current = if self.voltage < 0 { -raw } else { raw };
+        let flows = self.is_driven();
+        self.phase_currents = [if flows { current } else { 0 }, 0];
+        self.measured.add(Dq { d: 0, q: self.phase_currents[0] });
+        self.measure_shunt(raw);
+        let multiple = self.settings[Block::VelocityLoopDelay].max(1) as u64;
+        if number % multiple == 0 {
+            self.regulate_speed(1, SINGLE_SHUNT_MA);
+        }
+        let (true, Some(sector)) = (flows, self.sensors.sector) else {
+            self.rest();
+            return [Leg::Open; 3];
+        };
+        let multiple = self.settings[Block::CurrentLoopDelay].max(1) as u64;
+        if number % multiple == 0 {
+            let target = self.demand.q * SINGLE_SHUNT_MA;
+            let actual = current * SINGLE_SHUNT_MA;
+            self.voltage = self.torque.step(self.torque_gains(), target, actual, FULL_VOLTAGE);
+        }
+        block::commutate(sector, self.voltage)
+    }
+
+    fn foc_period(&mut self, number: u64) -> [Leg; 3] {
+        let mut currents = [
+            i32::from(self.senses.currents[0]) - self.settings[Foc::AdcOffsetA],
+            i32::from(self.senses.currents[1]) - self.settings[Foc::AdcOffsetB],
+        ];
+        if self.reading.mirrored {
+            currents[1] = -(currents[0] + currents[1]);
+        }
+        self.phase_currents = currents;
+        if number % FOC_VELOCITY_PERIODS == 0 {
+            self.regulate_speed(self.reading.pole_pairs, TWO_SHUNT_MA);
+        }
+        if self.settings[Foc::MotorType] == super::BRUSHED {
+            return self.brushed_period(currents[0]);
+        }
+        self.turn_open_loop();
+        let (angle, demand) = match self.init.forced() {
+            Some(Forced::Angle(angle)) => (angle, Dq { d: self.open_loop_current(), q: 0 }),
+            Some(Forced::OpenLoop) => {
+                (self.angle_of(Source::OpenLoop), Dq { d: self.open_loop_current(), q: 0 })
+            }
+            None => (self.commutation_angle(), self.demand),
+        };
+        let actual = clarke(currents[0], currents[1]).park(angle);
+        self.measured.add(actual);
+        if !self.is_driven() {
+            self.rest();
+            return [Leg::Open; 3];
+        }
+        let gains = self.torque_gains();
+        let d = self.flux.step(gains, demand.d, actual.d, FULL_VOLTAGE);
+        let q = self.torque.step(gains, demand.q, actual.q, FULL_VOLTAGE);
+        let voltage = Dq { d, q }.limited(FULL_VOLTAGE);
+        self.voltage = voltage.q;
+        let [a, b, c] = space_vector(voltage.unpark(angle)).map(Leg::Duty);
+        if self.reading.mirrored { [a, c, b] } else { [a, b, c] }
+    }
+
+    /// A brushed motor between the legs A and B.
+    fn brushed_period(&mut self, current: i32) -> [Leg; 3] {
+        let (current, sign) =
+            if self.reading.mirrored { (-current, -1) } else { (current, 1) };
+        self.measured.add(Dq { d: 0, q: current });
+        if !self.is_driven() {
+            self.rest();
+            return [Leg::Open; 3];
+        }
+        let gains = self.torque_gains();
+        self.voltage = self.torque.step(gains, self.demand.q, current, FULL_VOLTAGE);
+        let half = sign * self.voltage;
+        let duty = |part: i32| Leg::Duty((FULL_VOLTAGE + part).clamp(0, 65_535) as u16);
+        [duty(half), duty(-half), Leg::Open]
+    }
+
+    /// Regulators without a bridge know nothing.
+    fn rest(&mut self) {
+        self.voltage = 0;
+        self.torque.reset();
+        self.flux.reset();
+    }
+
+    /// Whether the bridge is on.
+    pub(super) fn is_driven(&self) -> bool {
+        let wanted = self.mode != Mode::Stop || self.init.forced().is_some();
+        wanted && self.is_enabled()
+    }
+}
