@@ -174,7 +174,7 @@ mod tests {
             let mut since = 0;
             for period in 0..30_000 {
                 let angle = (direction * period * 10) as u16;
-                let now = ((u32::from(angle) + 5_461) * 6 >> 16) as u8 % 6;
+                let now = (((u32::from(angle) + 5_461) * 6) >> 16) as u8 % 6;
                 match counter.step(Some(now)) {
                     HallStep::Same => since += 1,
                     HallStep::Error => panic!("jumped"),
