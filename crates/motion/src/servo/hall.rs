@@ -160,10 +160,13 @@ mod tests {
         assert_eq!(counter.angle(5, 1 << 20), 0);
         counter.step(Some(2));
         assert_eq!(counter.angle(5, 1 << 20), sector_angle(2));
-        counter.step(Some(3));
-        assert_ne!(counter.angle(0, 1 << 20), sector_angle(3));
-        counter.step(Some(0));
-        assert_eq!(counter.angle(5, 1 << 20), sector_angle(0));
+        for jump in 2..=4 {
+            counter.step(Some(2));
+            counter.step(Some(3));
+            assert_ne!(counter.angle(0, 1 << 20), sector_angle(3));
+            counter.step(Some(3 + jump));
+            assert_eq!(counter.angle(5, 1 << 20), sector_angle(3 + jump));
+        }
     }
 
     #[test]
@@ -174,7 +177,7 @@ mod tests {
             let mut since = 0;
             for period in 0..30_000 {
                 let angle = (direction * period * 10) as u16;
-                let now = ((u32::from(angle) + 5_461) * 6 >> 16) as u8 % 6;
+                let now = (((u32::from(angle) + 5_461) * 6) >> 16) as u8 % 6;
                 match counter.step(Some(now)) {
                     HallStep::Same => since += 1,
                     HallStep::Error => panic!("jumped"),

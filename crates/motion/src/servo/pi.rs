@@ -148,6 +148,9 @@ mod tests {
         assert_eq!(pi.step(gains, 5, 5, 2_000), -2_000);
         pi.preset(Gains { p: 300, i: 0 }, 1_234);
         assert_eq!(pi.step(Gains { p: 300, i: 0 }, 5, 5, 2_000), 0);
+        // What is there when the gain is taken away goes with it.
+        pi.preset(gains, 1_234);
+        assert_eq!(pi.step(Gains { p: 300, i: 0 }, 5, 5, 2_000), 0);
         pi.step(gains, 1_000, 0, 2_000);
         pi.reset();
         assert_eq!(pi, Pi::default());
