@@ -53,7 +53,7 @@ impl<B: Board> Module<B> {
             Ok(request) => request.address,
             Err(damaged) => damaged.address,
         };
-        if port.line != Line::Usb && !self.is_my_address(address) {
+        if !self.behaviour().hears() || port.line != Line::Usb && !self.is_my_address(address) {
             return;
         }
         match request {

@@ -47,6 +47,9 @@ impl Servo {
         if has_jumped && self.uses_halls() {
             self.latch_hall_error();
         }
+        if senses.index_passed {
+            self.pass_null();
+        }
         if senses.driver_fault {
             self.latch_driver_fault();
         }
@@ -127,8 +130,7 @@ impl Servo {
 
     /// A brushed motor between the legs A and B.
     fn brushed_period(&mut self, current: i32) -> [Leg; 3] {
-        let (current, sign) =
-            if self.reading.mirrored { (-current, -1) } else { (current, 1) };
+        let (current, sign) = if self.reading.mirrored { (-current, -1) } else { (current, 1) };
         self.measured.add(Dq { d: 0, q: current });
         if !self.is_driven() {
             self.rest();

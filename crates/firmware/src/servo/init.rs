@@ -103,9 +103,7 @@ impl Servo {
     fn wait_init(&mut self) {
         self.init.elapsed = self.init.elapsed.saturating_add(1);
         let is_over = match self.init.forced {
-            Some(Forced::Angle(_)) => {
-                self.init.elapsed >= self.settings[Foc::EncoderInitDelay]
-            }
+            Some(Forced::Angle(_)) => self.init.elapsed >= self.settings[Foc::EncoderInitDelay],
             // The null channel ends it in its own control period.
             Some(Forced::OpenLoop) => false,
             None => self.sensors.sector.is_some() && self.sensors.sector != self.init.sector,

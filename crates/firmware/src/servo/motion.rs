@@ -143,9 +143,7 @@ impl Servo {
     #[inline]
     pub(super) fn turn_open_loop(&mut self) {
         let speed = match self.init.forced() {
-            Some(Forced::OpenLoop) => {
-                self.settings[Foc::EncoderInitVelocity].saturating_mul(RPM)
-            }
+            Some(Forced::OpenLoop) => self.settings[Foc::EncoderInitVelocity].saturating_mul(RPM),
             None if self.is_open_loop() => self.speed_ramp.speed(),
             _ => return,
         };

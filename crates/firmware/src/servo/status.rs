@@ -76,8 +76,7 @@ impl Servo {
     fn is_initialized(&self) -> bool {
         match self.motion {
             Motion::Foc => {
-                self.settings[Foc::CommutationMode] != DISABLED
-                    && self.init.state == State::Idle
+                self.settings[Foc::CommutationMode] != DISABLED && self.init.state == State::Idle
             }
             _ => true,
         }

@@ -30,9 +30,8 @@ impl Servo {
 
     /// Which of the left and the right switch is active, with the contacts closed or not.
     pub(crate) fn active_switches(&self, left: bool, right: bool) -> (bool, bool) {
-        let active_high = |bit: i32| {
-            self.motion == Motion::Foc && self.settings[Foc::SwitchPolarity] & bit != 0
-        };
+        let active_high =
+            |bit: i32| self.motion == Motion::Foc && self.settings[Foc::SwitchPolarity] & bit != 0;
         (left != active_high(LEFT), right != active_high(RIGHT))
     }
 

@@ -16,12 +16,12 @@ pub struct SpeedRamp {
 }
 
 impl SpeedRamp {
-    /// One of `steps_per_second` (0 acts as 1) steps toward a speed in revolutions per minute, with an
-    /// acceleration in revolutions per minute and second; with acceleration 0 the speed stays. Returns the
+    /// One of `steps_per_second` (0 acts as 1) steps toward a speed in 1/256 revolution per minute, with
+    /// an acceleration in revolutions per minute and second; with acceleration 0 the speed stays. Returns the
     /// speed in 1/256 revolution per minute.
     #[inline]
-    pub fn step(&mut self, target_rpm: i32, acceleration: u32, steps_per_second: u32) -> i32 {
-        let way = i64::from(target_rpm) * FINE - self.speed;
+    pub fn step(&mut self, target: i32, acceleration: u32, steps_per_second: u32) -> i32 {
+        let way = i64::from(target) * (FINE / SPEED_PARTS) - self.speed;
         if way == 0 {
             self.remainder = 0;
             return self.speed();
@@ -56,7 +56,7 @@ mod tests {
         for (acceleration, steps) in [(2_000, 20_000), (1, 20_000), (777, 1_000), (123_457, 999)] {
             for direction in [1, -1] {
                 let mut ramp = SpeedRamp::default();
-                let target = direction * 1_000_000;
+                let target = direction * 1_000_000 * 256;
                 for _ in 0..steps {
                     ramp.step(target, acceleration, steps);
                 }
@@ -71,14 +71,14 @@ mod tests {
         ramp.set(-300 * 256 - 77);
         assert_eq!(ramp.speed(), -300 * 256 - 77);
         let mut steps = 0;
-        while ramp.step(500, 1_600, 1_000) != 500 * 256 {
+        while ramp.step(500 * 256, 1_600, 1_000) != 500 * 256 {
             steps += 1;
             assert!(steps < 600);
         }
         // 800.3 rpm at 1.6 rpm per step take 501 steps.
         assert_eq!(steps, 500);
-        assert_eq!(ramp.step(500, 1_600, 1_000), 500 * 256);
-        assert_eq!(ramp.step(900, 0, 1_000), 500 * 256, "no acceleration, no change");
+        assert_eq!(ramp.step(500 * 256, 1_600, 1_000), 500 * 256);
+        assert_eq!(ramp.step(900 * 256, 0, 1_000), 500 * 256, "no acceleration, no change");
     }
 
     #[test]
@@ -92,7 +92,7 @@ mod tests {
             let target = random.signed();
             let before = i64::from(ramp.speed());
             let now = i64::from(ramp.step(target, random.unsigned(), random.unsigned()));
-            let goal = (i64::from(target) * 256).clamp(i32::MIN.into(), i32::MAX.into());
+            let goal = i64::from(target);
             assert!(now >= before.min(goal) && now <= before.max(goal));
         }
     }
