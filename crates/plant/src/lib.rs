@@ -22,6 +22,7 @@ mod coolstep;
 pub mod driver;
 pub mod field;
 pub mod machine;
+pub mod servo;
 pub mod steppers;
 pub mod tmc26x;
 pub mod tmc429;

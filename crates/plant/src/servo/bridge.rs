@@ -1,0 +1,282 @@
+//! The bridge: what its three legs do to the terminals of the motor, averaged over the control period.
+//!
+//! A leg that is switched has its part of the bus voltage. A leg that is open conducts through its diodes: a current
+//! into the motor comes from ground, one out of it goes to the bus, and a leg without current floats until the EMF
+//! lifts it above the bus or below ground.
+//!
+//! Currents and voltages are vectors in the stationary frame, with the first component along phase A; a phase's value
+//! is the component along its axis. A motor with brushes has legs A and B as ends of one axis.
+
+use opentmcl_motion::servo::{Leg, Power};
+
+/// A vector in the stationary frame.
+pub(super) type Vector = [f64; 2];
+
+const SQRT_3: f64 = 1.732_050_807_568_877_2;
+
+/// Directions of the phases.
+const PHASES: [Vector; 3] = [[1.0, 0.0], [-0.5, SQRT_3 / 2.0], [-0.5, -SQRT_3 / 2.0]];
+
+/// Legs A and B at the ends of one winding.
+const ENDS: [Vector; 3] = [[1.0, 0.0], [-1.0, 0.0], [0.0, 0.0]];
+
+/// A current in ampere below which a diode does not conduct.
+const IDLE: f64 = 1e-9;
+
+/// The driver's switches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bridge {
+    /// Resistance of a switch in ohm; diodes count with the same.
+    pub switch_resistance: f64,
+}
+
+/// Assumed: 4 mΩ.
+impl Default for Bridge {
+    fn default() -> Self {
+        Self { switch_resistance: 0.004 }
+    }
+}
+
+/// What a leg does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Terminal {
+    /// Has this part of the bus voltage, 0..=1.
+    Driven(f64),
+    /// Only its diodes are left.
+    Open,
+    /// Its wire is off, or there is none.
+    Cut,
+}
+
+/// The legs as they have been set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Legs {
+    pub(super) terminals: [Terminal; 3],
+    /// Voltage vector per volt of the bus, if all legs of the motor are driven.
+    driven: Option<Vector>,
+}
+
+/// What is connected with the bus in a span of time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Connection {
+    /// Voltage vector per volt of the bus.
+    pub(super) duty: Vector,
+    /// Vector of the EMF per volt of its amplitude, as far as it can drive a current.
+    pub(super) field: Vector,
+    /// Current as far as it can flow.
+    pub(super) current: Vector,
+    /// Legs whose diodes conduct, and the sign of their currents; 0 for all others.
+    pub(super) diodes: [f64; 3],
+}
+
+/// Which winding is behind the legs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Wiring {
+    /// Three phases in star.
+    Star,
+    /// One winding between legs A and B.
+    Single,
+}
+
+pub(super) fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+impl Wiring {
+    fn axes(self) -> &'static [Vector; 3] {
+        match self {
+            Self::Star => &PHASES,
+            Self::Single => &ENDS,
+        }
+    }
+
+    /// Currents into the motor.
+    pub(super) fn currents(self, current: Vector) -> [f64; 3] {
+        self.axes().map(|axis| dot(axis, current))
+    }
+
+    /// Legs of the motor.
+    fn count(self) -> usize {
+        match self {
+            Self::Star => 3,
+            Self::Single => 2,
+        }
+    }
+
+    /// Current without the part that flows into a leg.
+    pub(super) fn without(self, leg: usize, current: Vector) -> Vector {
+        let Some(&axis) = self.axes().get(leg) else { return current };
+        let part = dot(axis, current);
+        [current[0] - axis[0] * part, current[1] - axis[1] * part]
+    }
+
+    /// Voltage of a terminal as far as the EMF makes it differ from the others'.
+    fn emf(self, leg: usize, emf: Vector) -> f64 {
+        match self {
+            Self::Star => dot(PHASES[leg], emf),
+            Self::Single => dot(ENDS[leg], emf) / 2.0,
+        }
+    }
+}
+
+impl Legs {
+    /// Legs that are driven like this; a fault of the driver opens all of them.
+    pub(super) fn new(wiring: Wiring, power: &Power, fault: bool, cut: [bool; 3]) -> Self {
+        let mut terminals = [Terminal::Cut; 3];
+        for ((terminal, leg), cut) in
+            terminals.iter_mut().zip(power.legs).zip(cut).take(wiring.count())
+        {
+            *terminal = match leg {
+                _ if cut => Terminal::Cut,
+                Leg::Duty(duty) if !fault => Terminal::Driven(f64::from(duty) / 65535.0),
+                Leg::Duty(_) | Leg::Open => Terminal::Open,
+            };
+        }
+        let driven = match (wiring, terminals) {
+            (Wiring::Star, [Terminal::Driven(a), Terminal::Driven(b), Terminal::Driven(c)]) => {
+                Some([(2.0 * a - b - c) / 3.0, (b - c) / SQRT_3])
+            }
+            (Wiring::Single, [Terminal::Driven(a), Terminal::Driven(b), _]) => Some([a - b, 0.0]),
+            _ => None,
+        };
+        Self { terminals, driven }
+    }
+
+    /// What conducts with this current (ampere), EMF (volt) in the direction `field`, and bus voltage. Diodes of the
+    /// `refused` legs do not begin to conduct.
+    pub(super) fn connect(
+        &self,
+        wiring: Wiring,
+        current: Vector,
+        (field, emf): (Vector, f64),
+        bus: f64,
+        refused: [bool; 3],
+    ) -> Connection {
+        if let Some(duty) = self.driven {
+            return Connection { duty, field, current, diodes: [0.0; 3] };
+        }
+        let emf = [field[0] * emf, field[1] * emf];
+        self.connect_open(wiring, current, field, emf, bus, refused)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn connect_open(
+        &self,
+        wiring: Wiring,
+        current: Vector,
+        field: Vector,
+        emf: Vector,
+        bus: f64,
+        refused: [bool; 3],
+    ) -> Connection {
+        let mut ends = Ends { levels: [None; 3], diodes: [0.0; 3] };
+        for (leg, flow) in wiring.currents(current).into_iter().enumerate() {
+            match self.terminals[leg] {
+                Terminal::Driven(duty) => ends.levels[leg] = Some(duty),
+                Terminal::Open if flow > IDLE => ends.conduct(leg, 1.0),
+                Terminal::Open if flow < -IDLE => ends.conduct(leg, -1.0),
+                Terminal::Open | Terminal::Cut => {}
+            }
+        }
+        let emfs = [0, 1, 2].map(|leg| wiring.emf(leg, emf));
+        let ready = |leg: &usize| self.terminals[*leg] == Terminal::Open && !refused[*leg];
+        if let [None, None, None] = ends.levels {
+            // As a rectifier.
+            let by_emf = |a: &usize, b: &usize| emfs[*a].total_cmp(&emfs[*b]);
+            let high = (0..3).filter(ready).max_by(by_emf);
+            let low = (0..3).filter(ready).min_by(by_emf);
+            if let (Some(high), Some(low)) = (high, low)
+                && emfs[high] - emfs[low] > bus
+            {
+                ends.conduct(high, -1.0);
+                ends.conduct(low, 1.0);
+            }
+        }
+        if let Some((only, level)) = ends.only() {
+            let floating = |leg: usize| level * bus + emfs[leg] - emfs[only];
+            ends.lift((0..3).filter(|leg| *leg != only).filter(ready), floating, bus);
+        }
+        if let (Wiring::Star, Some(last)) = (wiring, ends.last()) {
+            let middle: f64 = ends.levels.iter().flatten().sum::<f64>() / 2.0 * bus;
+            let floating = |leg: usize| middle + 1.5 * emfs[leg];
+            ends.lift(Some(last).into_iter().filter(ready), floating, bus);
+        }
+        ends.connection(wiring, current, field)
+    }
+}
+
+/// Voltages of the terminals in parts of the bus voltage; none for those that float.
+struct Ends {
+    levels: [Option<f64>; 3],
+    diodes: [f64; 3],
+}
+
+impl Ends {
+    /// The diode conducts a current of this sign.
+    fn conduct(&mut self, leg: usize, sign: f64) {
+        self.levels[leg] = Some(if sign > 0.0 { 0.0 } else { 1.0 });
+        self.diodes[leg] = sign;
+    }
+
+    /// The diode of that leg conducts that would be farthest outside of the supply, if any is.
+    fn lift(
+        &mut self,
+        legs: impl Iterator<Item = usize>,
+        floating: impl Fn(usize) -> f64,
+        bus: f64,
+    ) {
+        let outside = |leg: usize| (floating(leg) - bus).max(-floating(leg));
+        let farthest = legs.max_by(|a, b| outside(*a).total_cmp(&outside(*b)));
+        if let Some(leg) = farthest.filter(|&leg| outside(leg) > 0.0) {
+            self.conduct(leg, if floating(leg) > bus { -1.0 } else { 1.0 });
+        }
+    }
+
+    /// The leg that is connected, if it is a single one.
+    fn only(&self) -> Option<(usize, f64)> {
+        match self.levels {
+            [Some(level), None, None] => Some((0, level)),
+            [None, Some(level), None] => Some((1, level)),
+            [None, None, Some(level)] => Some((2, level)),
+            _ => None,
+        }
+    }
+
+    /// The leg that floats, if it is a single one.
+    fn last(&self) -> Option<usize> {
+        match self.levels {
+            [None, Some(_), Some(_)] => Some(0),
+            [Some(_), None, Some(_)] => Some(1),
+            [Some(_), Some(_), None] => Some(2),
+            _ => None,
+        }
+    }
+
+    fn connection(&self, wiring: Wiring, current: Vector, field: Vector) -> Connection {
+        let diodes = self.diodes;
+        let pair = |from: usize, to: usize, between: f64| {
+            // The current can only flow from one to the other.
+            let (from, to) = (PHASES[from], PHASES[to]);
+            let way = [(from[0] - to[0]) / SQRT_3, (from[1] - to[1]) / SQRT_3];
+            let along = |vector: Vector| [way[0] * dot(way, vector), way[1] * dot(way, vector)];
+            let duty = [way[0] * between / SQRT_3, way[1] * between / SQRT_3];
+            Connection { duty, field: along(field), current: along(current), diodes }
+        };
+        match (wiring, self.levels) {
+            (Wiring::Star, [Some(a), Some(b), Some(c)]) => {
+                let duty = [(2.0 * a - b - c) / 3.0, (b - c) / SQRT_3];
+                Connection { duty, field, current, diodes }
+            }
+            (Wiring::Star, [Some(a), Some(b), None]) => pair(0, 1, a - b),
+            (Wiring::Star, [None, Some(b), Some(c)]) => pair(1, 2, b - c),
+            (Wiring::Star, [Some(a), None, Some(c)]) => pair(2, 0, c - a),
+            (Wiring::Single, [Some(a), Some(b), _]) => {
+                Connection { duty: [a - b, 0.0], field, current, diodes }
+            }
+            _ => {
+                Connection { duty: [0.0; 2], field: [0.0; 2], current: [0.0; 2], diodes: [0.0; 3] }
+            }
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! What acts on the rotor besides the motor's currents.
+
+use core::f64::consts::TAU;
+
+use super::Machine;
+use super::motor::{Cogging, Motor};
+
+/// Fine steps of a turn.
+pub(super) const TURN: f64 = 65536.0;
+
+/// Radians of a fine step.
+pub(super) const RADIANS: f64 = TAU / TURN;
+
+/// No rotor turns faster, in rad/s; keeps numbers finite under torques that no machine has.
+const LARGEST_SPEED: f64 = 1e5;
+
+/// Slower than that, in rad/s, a rotor stands.
+const STANDSTILL: f64 = 1e-12;
+
+/// What holds the shaft while it gets no power.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HoldingBrake {
+    /// Torque in Nm with which it holds, or brakes a shaft that turns.
+    pub torque: f64,
+    /// It opens at this duty of its output or more, 0..=255.
+    pub release_duty: u8,
+}
+
+/// Constants of a machine's shaft.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shaft {
+    /// All that turns, in kg m².
+    pub(super) inertia: f64,
+    /// Nm per rad/s.
+    pub(super) viscous: f64,
+    /// Dry friction in Nm without the holding brake.
+    pub(super) friction: f64,
+    /// Lowest and highest position of the rotor in fine steps.
+    pub(super) limits: (f64, f64),
+    cogging: Cogging,
+    /// Whether the load's torque depends on the position.
+    varies: bool,
+}
+
+/// Torques at a position: in Nm, and how fast they fall along the way in Nm per rad.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Acting {
+    pub(super) torque: f64,
+    pub(super) stiffness: f64,
+}
+
+/// How the rotor moves in a span of time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion {
+    /// Mean speed in rad/s.
+    pub(super) mean: f64,
+    /// Speed at the end in rad/s.
+    pub(super) speed: f64,
+    /// Position at the end in fine steps.
+    pub(super) position: f64,
+}
+
+impl Shaft {
+    pub(super) fn new(machine: &Machine) -> Self {
+        let (friction, viscous, cogging) = match &machine.motor {
+            Motor::Brushless(motor) => (motor.friction, motor.viscous, motor.cogging),
+            Motor::Brushed(motor) => (motor.friction, motor.viscous, Cogging::default()),
+        };
+        let (load, stage) = (&machine.load, &machine.stage);
+        let play = stage.backlash / 2.0;
+        let linear = stage.circle.is_none();
+        let limit = |limit: Option<f64>| limit.filter(|_| linear);
+        Self {
+            inertia: (machine.motor.inertia() + load.inertia).max(1e-10),
+            viscous: viscous + load.viscous,
+            friction: friction + load.friction,
+            limits: (
+                limit(stage.lowest).map_or(f64::NEG_INFINITY, |lowest| lowest - play),
+                limit(stage.highest).map_or(f64::INFINITY, |highest| highest + play),
+            ),
+            cogging,
+            varies: load.varies(),
+        }
+    }
+
+    /// What acts on a rotor at this position in fine steps, with a torque from outside.
+    pub(super) fn acting(&self, machine: &Machine, position: f64, external: f64) -> Acting {
+        let load = &machine.load;
+        let mut acting = Acting { torque: load.constant + external, stiffness: 0.0 };
+        if self.varies {
+            acting.torque = load.torque_at(position) + external;
+            acting.stiffness = load.stiffness_at(position) / RADIANS;
+        }
+        if self.cogging.torque != 0.0 {
+            let periods = position / TURN * f64::from(self.cogging.per_turn);
+            let (sine, cosine) = libm::sincos(TAU * fraction(periods));
+            let steepest = self.cogging.torque * f64::from(self.cogging.per_turn);
+            acting.torque -= self.cogging.torque * sine;
+            acting.stiffness += (steepest * cosine).max(0.0);
+        }
+        acting
+    }
+
+    /// Motion in a span of `seconds` of a rotor at a position (fine steps) with a speed (rad/s), on which `acting`
+    /// acts, and which `drag` (Nm per rad/s) and dry friction brake.
+    ///
+    /// Torques count with the mean of their values at both ends, so that springs of any stiffness keep the energy.
+    /// Dry friction holds a rotor that stands until more acts on it, and a rotor that it has stopped stands for the
+    /// rest of the span.
+    pub(super) fn motion(
+        &self,
+        (position, speed): (f64, f64),
+        acting: Acting,
+        drag: f64,
+        friction: f64,
+        seconds: f64,
+    ) -> Motion {
+        let rest = Motion { mean: 0.0, speed: 0.0, position };
+        let direction = if speed != 0.0 {
+            speed
+        } else if acting.torque.abs() > friction {
+            acting.torque
+        } else {
+            return rest;
+        };
+        let inertia = 2.0 * self.inertia / seconds;
+        let torque = acting.torque - friction.copysign(direction);
+        let drag = drag + self.viscous + acting.stiffness * seconds / 2.0;
+        let mut mean = (inertia * speed + torque) / (inertia + drag);
+        let mut after = 2.0 * mean - speed;
+        if friction > 0.0 && speed * after < 0.0 {
+            mean = speed / 2.0 * (speed / (speed - after));
+            after = 0.0;
+        }
+        after = after.clamp(-LARGEST_SPEED, LARGEST_SPEED);
+        if after.abs() < STANDSTILL {
+            after = 0.0;
+        }
+        let reached = position + mean * seconds / RADIANS;
+        let (lowest, highest) = self.limits;
+        if reached < lowest || reached > highest {
+            // It stops without bouncing back.
+            let stop = reached.clamp(lowest, highest);
+            let mean = (stop - position) * RADIANS / seconds;
+            return Motion { mean, speed: 0.0, position: stop };
+        }
+        Motion { mean, speed: after, position: reached }
+    }
+}
+
+/// Whole part towards negative infinity, for numbers within the range of an i64.
+pub(super) fn floor(number: f64) -> i64 {
+    let whole = number as i64;
+    if (whole as f64) > number { whole.saturating_sub(1) } else { whole }
+}
+
+/// What is left beyond the nearest whole number, -0.5..=0.5.
+pub(super) fn fraction(number: f64) -> f64 {
+    number - floor(number + 0.5) as f64
+}

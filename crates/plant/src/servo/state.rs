@@ -1,0 +1,251 @@
+//! The state of a machine, and what is done to it.
+
+use opentmcl_motion::servo::{PERIOD_TICKS, Power, Senses};
+
+use super::bridge::Legs;
+use super::sensing::count;
+use super::sensors::{LineFault, Memory};
+use super::step::{Dynamics, Inputs};
+use super::thermal::Temperatures;
+use super::{Influence, SECONDS_PER_TICK, Setup, WINDOW_TICKS};
+use crate::axis::Contact;
+
+/// Positions farther away, in fine steps, are none to which a hand moves a rotor.
+const FARTHEST: f64 = 1e12;
+
+/// All that changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct State {
+    /// In ticks.
+    pub(super) now: u64,
+    pub(super) dynamics: Dynamics,
+    pub(super) inputs: Inputs,
+    /// Position of the stage in fine steps.
+    pub(super) stage: f64,
+    /// Left, right, home.
+    contacts: [Contact; 3],
+    has_switches: bool,
+    temperatures: Temperatures,
+    power: Power,
+    driver_fault: bool,
+    cut: [bool; 3],
+    hall_faults: [LineFault; 3],
+    memory: Memory,
+    /// When the sensors were asked last, in ticks.
+    sensed: u64,
+}
+
+impl State {
+    pub(super) fn new(setup: &Setup) -> Self {
+        let machine = &setup.plan.machine;
+        let (stage, switches) = (&machine.stage, &machine.switches);
+        let (lowest, highest) = setup.plan.shaft.limits;
+        let start = stage.start.max(lowest).min(highest);
+        let contact = |switch| Contact::new(switch, start, stage.circle);
+        let all = [switches.left, switches.right, switches.home];
+        let power = Power::default();
+        let mut state = Self {
+            now: 0,
+            dynamics: Dynamics {
+                current: [0.0; 2],
+                position: start,
+                speed: 0.0,
+                bus: machine.supply.voltage,
+                bus_current: 0.0,
+            },
+            inputs: Inputs {
+                legs: Legs::new(setup.plan.winding.wiring, &power, false, [false; 3]),
+                chopper: false,
+                friction: 0.0,
+                external: 0.0,
+                blocked: false,
+                source: machine.supply.voltage,
+            },
+            stage: start,
+            contacts: all.map(contact),
+            has_switches: all.iter().any(Option::is_some),
+            temperatures: Temperatures::new(machine.thermal.ambient),
+            power,
+            driver_fault: false,
+            cut: [false; 3],
+            hall_faults: [LineFault::None; 3],
+            memory: setup.sensors.memory(start, start),
+            sensed: 0,
+        };
+        state.apply(setup);
+        state
+    }
+
+    /// Moves on to a time.
+    pub(super) fn come_to(&mut self, setup: &Setup, now: u64) {
+        while now > self.now {
+            let ticks = (now - self.now).min(PERIOD_TICKS);
+            self.step(setup, ticks);
+        }
+    }
+
+    fn step(&mut self, setup: &Setup, ticks: u64) {
+        let square = if ticks == PERIOD_TICKS {
+            setup.plan.period(&mut self.dynamics, &self.inputs)
+        } else {
+            let seconds = ticks as f64 * SECONDS_PER_TICK;
+            setup.plan.part(&mut self.dynamics, &self.inputs, seconds)
+        };
+        self.now += ticks;
+        self.temperatures.collected += square;
+        self.temperatures.pass(&setup.plan.heat, self.now);
+        self.follow(setup);
+    }
+
+    /// The stage follows the rotor, and the switches the stage.
+    fn follow(&mut self, setup: &Setup) {
+        let stage = &setup.plan.machine.stage;
+        let (rotor, play) = (self.dynamics.position, stage.backlash / 2.0);
+        self.stage = self.stage.max(rotor - play).min(rotor + play);
+        if self.has_switches {
+            for contact in &mut self.contacts {
+                contact.pass(self.stage, stage.circle, self.now);
+            }
+        }
+    }
+
+    pub(super) fn sense(&mut self, setup: &Setup) -> Senses {
+        let currents = setup.plan.winding.wiring.currents(self.dynamics.current);
+        let mut senses = Senses {
+            currents: setup.sensing.read(currents, &self.inputs, self.now / PERIOD_TICKS),
+            supply: count(self.dynamics.bus * 100.0, u16::MAX),
+            driver_fault: self.driver_fault,
+            ..Senses::default()
+        };
+        let ticks = self.now - self.sensed;
+        let at = (self.dynamics.position, self.stage);
+        setup.sensors.read(&mut self.memory, at, self.hall_faults, ticks, &mut senses);
+        self.sensed = self.now;
+        senses
+    }
+
+    pub(super) fn drive(&mut self, setup: &Setup, power: Power) {
+        if power != self.power {
+            self.power = power;
+            self.apply(setup);
+        }
+    }
+
+    /// What acts follows from what is set.
+    fn apply(&mut self, setup: &Setup) {
+        let plan = &setup.plan;
+        let held = plan.machine.brake.filter(|brake| self.power.brake < brake.release_duty);
+        self.inputs.legs = Legs::new(plan.winding.wiring, &self.power, self.driver_fault, self.cut);
+        self.inputs.chopper = self.power.chopper;
+        self.inputs.friction = plan.shaft.friction + held.map_or(0.0, |brake| brake.torque);
+    }
+
+    pub(super) fn influence(&mut self, setup: &Setup, influence: Influence) {
+        let heat = &setup.plan.heat;
+        match influence {
+            Influence::SourceVoltage(number)
+            | Influence::Ambient(number)
+            | Influence::DriverTemperature(number)
+            | Influence::WindingTemperature(number)
+            | Influence::Torque(number)
+            | Influence::Position(number)
+                if !number.is_finite() => {}
+            Influence::SourceVoltage(volts) => self.inputs.source = volts.max(0.0),
+            Influence::Ambient(celsius) => self.temperatures.set_ambient(celsius, heat, self.now),
+            Influence::DriverTemperature(celsius) => {
+                self.temperatures.set_driver(celsius, heat, self.now);
+            }
+            Influence::WindingTemperature(celsius) => {
+                self.temperatures.set_winding(celsius, heat, self.now);
+            }
+            Influence::Torque(torque) => self.inputs.external = torque,
+            Influence::Blocked(blocked) => {
+                self.inputs.blocked = blocked;
+                if blocked {
+                    self.dynamics.speed = 0.0;
+                }
+            }
+            Influence::Position(fine_steps) => self.put(setup, fine_steps),
+            Influence::HallLine(line, fault) => {
+                if let Some(line) = self.hall_faults.get_mut(usize::from(line)) {
+                    *line = fault;
+                }
+            }
+            Influence::DriverFault(fault) => self.driver_fault = fault,
+            Influence::PhaseOpen(phase, open) => {
+                if let Some(phase) = self.cut.get_mut(usize::from(phase)) {
+                    *phase = open;
+                }
+            }
+        }
+        self.apply(setup);
+    }
+
+    fn put(&mut self, setup: &Setup, position: f64) {
+        if self.inputs.blocked {
+            return;
+        }
+        let (lowest, highest) = setup.plan.shaft.limits;
+        let position = position.clamp(-FARTHEST, FARTHEST).max(lowest).min(highest);
+        self.dynamics.position = position;
+        self.dynamics.speed = 0.0;
+        // A hand holds the stage: there is no play to be taken up.
+        self.stage = position;
+        self.follow(setup);
+    }
+
+    pub(super) fn has_switches(&self) -> bool {
+        self.has_switches
+    }
+
+    pub(super) fn switches(&self) -> [bool; 3] {
+        self.contacts.each_ref().map(|contact| contact.level(self.now))
+    }
+
+    pub(super) fn temperatures(&self, setup: &Setup, now: u64) -> [f64; 2] {
+        self.temperatures.at(&setup.plan.heat, now)
+    }
+
+    pub(super) fn is_still(&self, setup: &Setup) -> bool {
+        let bounces = self.contacts.iter().any(|contact| contact.next_bounce(self.now).is_some());
+        if bounces || setup.sensing.is_noisy() || self.dynamics.speed != 0.0 {
+            return false;
+        }
+        // What is the same after a step, and whose losses are the same after a window, will be so after any number.
+        let mut ahead = *self;
+        ahead.step(setup, PERIOD_TICKS);
+        ahead.sense(setup);
+        if (ahead.dynamics, ahead.stage, ahead.memory) != (self.dynamics, self.stage, self.memory) {
+            return false;
+        }
+        let end = self.now + WINDOW_TICKS;
+        while ahead.now < end {
+            ahead.step(setup, PERIOD_TICKS);
+        }
+        // Whether the sensors have been asked meanwhile does not matter.
+        ahead.sensed = end - (self.now - self.sensed);
+        ahead == self.later(WINDOW_TICKS)
+    }
+
+    pub(super) fn skip(&mut self, setup: &Setup, now: u64) {
+        let windows = now.saturating_sub(self.now) / WINDOW_TICKS;
+        if windows > 1 && self.is_still(setup) {
+            *self = self.later(windows * WINDOW_TICKS);
+        }
+        while now > self.now {
+            let ticks = (now - self.now).min(PERIOD_TICKS);
+            self.step(setup, ticks);
+            self.sense(setup);
+        }
+    }
+
+    /// The same state at another time.
+    fn later(&self, ticks: u64) -> Self {
+        Self {
+            now: self.now + ticks,
+            sensed: self.sensed + ticks,
+            temperatures: self.temperatures.later(ticks),
+            ..*self
+        }
+    }
+}

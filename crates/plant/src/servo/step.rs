@@ -1,0 +1,322 @@
+//! How a machine goes on in a span of time: winding, rotor and supply at once.
+//!
+//! In a span, the duties are constant, and the rotor's angle is that of its middle. Winding and capacitor follow their
+//! exponentials. The mean current, the mean speed and the mean bus voltage depend on each other, linearly, and are
+//! solved for together: what the winding takes from the bus is what the bus loses, and what the EMF takes from the
+//! winding is what the rotor gets. So energy is kept, and no span, inductance, inertia or capacitance is too small.
+
+use core::f64::consts::TAU;
+
+use super::bridge::{Connection, Legs, Vector, Wiring, dot};
+use super::decay::Decay;
+use super::mechanics::{Motion, RADIANS, Shaft, TURN, fraction};
+use super::motor::Motor;
+use super::supply::SupplySpan;
+use super::thermal::Heat;
+use super::{Machine, PERIOD_SECONDS};
+
+/// A current in ampere that is none.
+const NO_CURRENT: f64 = 1e-15;
+
+/// Constants of a winding.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Winding {
+    pub(super) wiring: Wiring,
+    /// Electrical turns per fine step.
+    pub(super) turns: f64,
+    /// Resistance of a phase, switches included, in ohm.
+    resistance: f64,
+    inductance: f64,
+    /// Amplitude of a phase's EMF in volt per rad/s.
+    pub(super) emf: f64,
+    /// Power is so many times the product of the vectors of voltage and current.
+    pub(super) scale: f64,
+}
+
+/// What follows from the data of a machine.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    pub(super) machine: Machine,
+    pub(super) winding: Winding,
+    pub(super) shaft: Shaft,
+    pub(super) heat: Heat,
+    source_conductance: f64,
+    period: Span,
+}
+
+/// What follows from the length of a span.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    seconds: f64,
+    winding: Decay,
+    supply: SupplySpan,
+}
+
+/// What a span changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Dynamics {
+    /// Current in ampere.
+    pub(super) current: Vector,
+    /// Position in fine steps.
+    pub(super) position: f64,
+    /// Speed in rad/s.
+    pub(super) speed: f64,
+    /// Bus voltage in volt.
+    pub(super) bus: f64,
+    /// Mean current out of the bus in the last span in ampere.
+    pub(super) bus_current: f64,
+}
+
+/// What acts on it in a span.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Inputs {
+    pub(super) legs: Legs,
+    pub(super) chopper: bool,
+    /// Dry friction in Nm, that of the holding brake included.
+    pub(super) friction: f64,
+    /// Torque from outside in Nm.
+    pub(super) external: f64,
+    pub(super) blocked: bool,
+    /// Voltage of the source in volt.
+    pub(super) source: f64,
+}
+
+/// Solution for one span.
+struct Solved {
+    next: Dynamics,
+    /// Mean square of the current.
+    square: f64,
+    /// Mean bus voltage.
+    bus: f64,
+}
+
+impl Plan {
+    pub(super) fn new(machine: Machine) -> Self {
+        let switches = machine.bridge.switch_resistance;
+        let mut winding = match &machine.motor {
+            Motor::Brushless(motor) => Winding {
+                wiring: Wiring::Star,
+                turns: f64::from(motor.pole_pairs) / TURN,
+                resistance: motor.resistance,
+                inductance: motor.inductance,
+                emf: motor.flux_linkage * f64::from(motor.pole_pairs),
+                scale: 1.5,
+            },
+            Motor::Brushed(motor) => Winding {
+                wiring: Wiring::Single,
+                turns: 1.0 / TURN,
+                resistance: motor.resistance,
+                inductance: motor.inductance,
+                emf: motor.torque_constant,
+                scale: 1.0,
+            },
+        };
+        let switches = match winding.wiring {
+            Wiring::Star => switches,
+            Wiring::Single => 2.0 * switches,
+        };
+        let scale = winding.scale;
+        let heat = Heat::new(&machine.thermal, scale * winding.resistance, scale * switches);
+        winding.resistance += switches;
+        let shaft = Shaft::new(&machine);
+        Self {
+            period: Span::new(&winding, &machine, PERIOD_SECONDS),
+            source_conductance: machine.supply.source_conductance(),
+            machine,
+            winding,
+            shaft,
+            heat,
+        }
+    }
+
+    /// Goes on by one control period.
+    pub(super) fn period(&self, now: &mut Dynamics, inputs: &Inputs) -> f64 {
+        self.pass(now, inputs, PERIOD_SECONDS, &self.period)
+    }
+
+    /// Goes on by a part of a control period. Gives the integral of the square of the current.
+    pub(super) fn part(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64) -> f64 {
+        self.pass(now, inputs, seconds, &Span::new(&self.winding, &self.machine, seconds))
+    }
+
+    fn pass(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64, span: &Span) -> f64 {
+        let turning = self.field(now, span.seconds);
+        let connection = self.connect(now, inputs, turning, [false; 3]);
+        let solved = self.solve(now, inputs, span, &connection);
+        if connection.diodes == [0.0; 3] {
+            *now = solved.next;
+            return solved.square * span.seconds;
+        }
+        self.pass_with_diodes(now, inputs, seconds)
+    }
+
+    /// Diodes let go when their current ends, which divides the span.
+    #[cold]
+    #[inline(never)]
+    fn pass_with_diodes(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64) -> f64 {
+        /// There are three diodes that can end and begin; the bound is for what nobody has thought of.
+        const ENDS: usize = 8;
+        let mut squares = 0.0;
+        let mut left = seconds;
+        let mut refused = [false; 3];
+        for _ in 0..ENDS {
+            let span = Span::new(&self.winding, &self.machine, left);
+            let connection = self.connect(now, inputs, self.field(now, left), refused);
+            let solved = self.solve(now, inputs, &span, &connection);
+            let Some((leg, part)) = self.diode_end(&connection, &solved.next, &span) else {
+                *now = solved.next;
+                return squares + solved.square * left;
+            };
+            if part <= 0.0 {
+                refused[leg] = true;
+                continue;
+            }
+            let until = left * part.min(1.0);
+            let span = Span::new(&self.winding, &self.machine, until);
+            let connection = self.connect(now, inputs, self.field(now, until), refused);
+            let solved = self.solve(now, inputs, &span, &connection);
+            *now = solved.next;
+            now.current = self.winding.wiring.without(leg, now.current);
+            squares += solved.square * until;
+            left -= until;
+            refused[leg] = true;
+            if left <= 1e-9 {
+                break;
+            }
+        }
+        squares
+    }
+
+    /// The first diode whose current would have changed its sign at the end, and the part of the span after which
+    /// it is 0.
+    fn diode_end(
+        &self,
+        connection: &Connection,
+        next: &Dynamics,
+        span: &Span,
+    ) -> Option<(usize, f64)> {
+        let wiring = self.winding.wiring;
+        let before = wiring.currents(connection.current);
+        let after = wiring.currents(next.current);
+        let keep = span.winding.keep;
+        (0..3)
+            .filter(|&leg| connection.diodes[leg] * after[leg] < 0.0)
+            .map(|leg| {
+                if connection.diodes[leg] * before[leg] <= 0.0 {
+                    return (leg, 0.0);
+                }
+                // Towards a final value, so that what is left of the way to it goes from 1 to `keep`.
+                let end = (after[leg] - keep * before[leg]) / (1.0 - keep);
+                (leg, libm::log(end / (end - before[leg])) / libm::log(keep))
+            })
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Direction of the EMF in the middle of a span, and its amplitude in volt.
+    fn field(&self, now: &Dynamics, seconds: f64) -> (Vector, f64) {
+        let emf = self.winding.emf * now.speed;
+        if self.winding.wiring == Wiring::Single {
+            return ([1.0, 0.0], emf);
+        }
+        let middle = now.position + now.speed * (seconds / 2.0 / RADIANS);
+        (self.direction(middle), emf)
+    }
+
+    /// Direction of the EMF at a position.
+    pub(super) fn direction(&self, position: f64) -> Vector {
+        let (sine, cosine) = libm::sincos(TAU * fraction(position * self.winding.turns));
+        [-sine, cosine]
+    }
+
+    fn connect(
+        &self,
+        now: &Dynamics,
+        inputs: &Inputs,
+        field: (Vector, f64),
+        refused: [bool; 3],
+    ) -> Connection {
+        inputs.legs.connect(self.winding.wiring, now.current, field, now.bus, refused)
+    }
+
+    fn solve(
+        &self,
+        now: &Dynamics,
+        inputs: &Inputs,
+        span: &Span,
+        connection: &Connection,
+    ) -> Solved {
+        if now.bus <= inputs.source {
+            let solved = self.solve_with(now, inputs, span, connection, true);
+            if solved.bus <= inputs.source {
+                return solved;
+            }
+        }
+        // The diode keeps power from flowing into the source.
+        self.solve_with(now, inputs, span, connection, false)
+    }
+
+    /// The solution with or without the source.
+    #[inline(always)]
+    fn solve_with(
+        &self,
+        now: &Dynamics,
+        inputs: &Inputs,
+        span: &Span,
+        connection: &Connection,
+        with_source: bool,
+    ) -> Solved {
+        let Winding { emf, scale, .. } = self.winding;
+        let Connection { duty, field, current, .. } = *connection;
+        let winding = &span.winding;
+        let supply = span.supply.decay(with_source, inputs.chopper);
+        let push = if with_source { inputs.source * self.source_conductance } else { 0.0 };
+
+        // Mean bus voltage = still + slope * mean speed.
+        let along = dot(duty, field);
+        let feedback = supply.mean_gain * scale * winding.mean_gain;
+        let divisor = 1.0 / (1.0 + feedback * dot(duty, duty));
+        let drawn = scale * winding.mean_keep * dot(current, duty);
+        let still = supply.mean(now.bus, push - drawn) * divisor;
+        let slope = feedback * emf * along * divisor;
+
+        // Torque of the motor = torque - drag * mean speed.
+        let constant = scale * emf;
+        let torque = constant
+            * (winding.mean_keep * dot(current, field) + winding.mean_gain * still * along);
+        let drag = constant * winding.mean_gain * (emf * dot(field, field) - slope * along);
+        let motion = if inputs.blocked {
+            Motion { mean: 0.0, speed: 0.0, position: now.position }
+        } else {
+            let mut acting = self.shaft.acting(&self.machine, now.position, inputs.external);
+            acting.torque += torque;
+            let at = (now.position, now.speed);
+            self.shaft.motion(at, acting, drag, inputs.friction, span.seconds)
+        };
+
+        let bus = still + slope * motion.mean;
+        let lost = emf * motion.mean;
+        let volts = [duty[0] * bus - field[0] * lost, duty[1] * bus - field[1] * lost];
+        let mean = [winding.mean(current[0], volts[0]), winding.mean(current[1], volts[1])];
+        let end = [winding.end(current[0], volts[0]), winding.end(current[1], volts[1])];
+        let bus_current = scale * dot(duty, mean);
+        let change = [end[0] - current[0], end[1] - current[1]];
+        let next = Dynamics {
+            current: end.map(|part| if part.abs() < NO_CURRENT { 0.0 } else { part }),
+            position: motion.position,
+            speed: motion.speed,
+            bus: supply.end(now.bus, push - bus_current).max(0.0),
+            bus_current,
+        };
+        Solved { next, square: dot(mean, mean) + dot(change, change) / 12.0, bus }
+    }
+}
+
+impl Span {
+    fn new(winding: &Winding, machine: &Machine, seconds: f64) -> Self {
+        Self {
+            seconds,
+            winding: Decay::new(winding.resistance, winding.inductance, seconds),
+            supply: machine.supply.span(seconds),
+        }
+    }
+}
