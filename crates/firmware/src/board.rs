@@ -1,7 +1,7 @@
 //! What the firmware sees of its hardware.
 
 use embedded_storage::nor_flash::NorFlash;
-use opentmcl_motion::servo::{Power, Senses};
+pub use opentmcl_motion::servo::{Power, Senses};
 use opentmcl_wire::Instant;
 
 /// The hardware around the firmware: chips behind registers, pins, converters, a flash.

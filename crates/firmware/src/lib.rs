@@ -60,7 +60,7 @@ mod tmc5160;
 mod units;
 mod watch;
 
-pub use board::{Analog, Board};
+pub use board::{Analog, Board, Power, Senses};
 pub use cpu::{ErrorFlags, Flags, Mode};
 pub use direct::Answer;
 pub use line::{Line, Port};

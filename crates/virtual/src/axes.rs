@@ -1,12 +1,15 @@
 //! The axes of a board, with the chips that its module has.
 
 use opentmcl_catalog::{Module, Motion};
+use opentmcl_firmware::Power;
 use opentmcl_plant::axis::{Axis, Influence, SwitchInput, View};
 use opentmcl_plant::machine::Machine;
 use opentmcl_plant::steppers::{DRIVER, Steppers};
 use opentmcl_plant::tmc26x::LOW_SENSE_VOLTAGE;
 use opentmcl_plant::tmc5160::registers::DRV_STATUS;
 use opentmcl_wire::Instant;
+
+use crate::servo::ServoAxis;
 
 /// What moves.
 #[derive(Clone, Debug)]
@@ -15,6 +18,8 @@ pub(crate) enum Axes {
     Tmc5160(Vec<Axis>),
     /// A TMC429 for each three axes, and a TMC26x for each.
     Tmc429(Steppers),
+    /// The regulators are in the firmware; here is what they regulate.
+    Servo(Box<ServoAxis>),
 }
 
 impl Axes {
@@ -33,6 +38,7 @@ impl Axes {
                 let full_scale = full_scale * 256.0 / f64::from(LOW_SENSE_VOLTAGE);
                 Self::Tmc429(Steppers::with_machines(machines, full_scale))
             }
+            Motion::Foc | Motion::Block => Self::Servo(Box::new(ServoAxis::new(model, None))),
         }
     }
 
@@ -40,6 +46,8 @@ impl Axes {
         match self {
             Self::Tmc5160(axes) => axes.get_mut(usize::from(axis))?.next_event(now),
             Self::Tmc429(steppers) => steppers.next_event(axis, now),
+            // The control interrupt looks at it all the time.
+            Self::Servo(_) => None,
         }
     }
 
@@ -47,7 +55,7 @@ impl Axes {
     /// one of them.
     pub(crate) fn moved_with(&self, axis: u8) -> u8 {
         match self {
-            Self::Tmc5160(_) => 1u8.checked_shl(axis.into()).unwrap_or_default(),
+            Self::Tmc5160(_) | Self::Servo(_) => 1u8.checked_shl(axis.into()).unwrap_or_default(),
             Self::Tmc429(steppers) => steppers.moved_with(axis),
         }
     }
@@ -55,7 +63,7 @@ impl Axes {
     /// The same for a write to a register of one of them.
     pub(crate) fn touched_with(&self, axis: u8, address: u8) -> u8 {
         match self {
-            Self::Tmc5160(_) => self.moved_with(axis),
+            Self::Tmc5160(_) | Self::Servo(_) => self.moved_with(axis),
             Self::Tmc429(steppers) => steppers.touched_with(axis, address),
         }
     }
@@ -68,6 +76,7 @@ impl Axes {
                 }
             }
             Self::Tmc429(steppers) => steppers.influence(axis, influence, now),
+            Self::Servo(servo) => servo.influence(influence, now),
         }
     }
 
@@ -85,6 +94,7 @@ impl Axes {
                 }
             }
             Self::Tmc429(steppers) => steppers.hold_switch(axis, switch, held, now),
+            Self::Servo(_) => {}
         }
     }
 
@@ -94,6 +104,7 @@ impl Axes {
                 axes.get_mut(usize::from(axis)).is_some_and(|axis| axis.home_switch(now))
             }
             Self::Tmc429(steppers) => steppers.home_switch(axis, now),
+            Self::Servo(servo) => servo.switches(now)[2],
         }
     }
 
@@ -101,6 +112,7 @@ impl Axes {
         match self {
             Self::Tmc5160(axes) => axes.get_mut(usize::from(axis)).map(|axis| axis.view(now)),
             Self::Tmc429(steppers) => steppers.view(axis, now),
+            Self::Servo(servo) => Some(servo.view(now)),
         }
     }
 
@@ -110,6 +122,7 @@ impl Axes {
         let flags = match self {
             Self::Tmc5160(_) => self.read(axis, DRV_STATUS, now) >> 24,
             Self::Tmc429(_) => self.read(axis, DRIVER, now),
+            Self::Servo(_) => 0,
         };
         flags & 0x7F
     }
@@ -118,6 +131,7 @@ impl Axes {
         match self {
             Self::Tmc5160(axes) => axes.get(usize::from(axis))?.machine(),
             Self::Tmc429(steppers) => steppers.machine(axis),
+            Self::Servo(_) => None,
         }
     }
 
@@ -127,6 +141,7 @@ impl Axes {
                 axes.get_mut(usize::from(axis)).map_or(0, |axis| axis.read(address, now))
             }
             Self::Tmc429(steppers) => steppers.read(axis, address, now),
+            Self::Servo(_) => 0,
         }
     }
 
@@ -138,6 +153,7 @@ impl Axes {
                 }
             }
             Self::Tmc429(steppers) => steppers.write(axis, address, value, now),
+            Self::Servo(_) => {}
         }
     }
 
@@ -145,6 +161,16 @@ impl Axes {
         match self {
             Self::Tmc5160(axes) => axes.iter_mut().for_each(|axis| axis.reset(now)),
             Self::Tmc429(steppers) => steppers.reset(now),
+            Self::Servo(servo) => servo.drive(Power::default(), now),
+        }
+    }
+
+    /// The machine of a servo axis.
+    #[inline]
+    pub(crate) fn servo(&mut self) -> Option<&mut ServoAxis> {
+        match self {
+            Self::Servo(servo) => Some(servo),
+            _ => None,
         }
     }
 }

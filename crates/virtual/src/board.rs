@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, Port as PortRow, PortBehaviour};
-use opentmcl_firmware::{Analog, Board};
+use opentmcl_firmware::{Analog, Board, Power, Senses};
 use opentmcl_plant::axis::{Influence, SwitchInput, View};
 use opentmcl_plant::machine::Machine;
 use opentmcl_wire::Instant;
@@ -210,6 +210,19 @@ impl<F> VirtualBoard<F> {
         self.flash
     }
 
+    /// What the machine of a servo axis tells by a converter; none if there is none, or if it does not.
+    fn servo_reading(&mut self, channel: Analog) -> Option<i32> {
+        let now = self.now;
+        let servo = self.axes.servo()?;
+        let reading = match channel {
+            Analog::SupplyVoltage => servo.supply(now) * 10.0,
+            Analog::Temperature => servo.temperatures(now)[1],
+            Analog::MotorTemperature => servo.temperatures(now)[0],
+            Analog::Input(_) | Analog::SupplyCurrent => return None,
+        };
+        Some(reading.round() as i32)
+    }
+
     /// Something is done to some axes: what was foreseen of them may change.
     fn touch(&mut self, axes: u8) {
         for (number, event) in self.events.iter_mut().enumerate() {
@@ -284,6 +297,30 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
         self.axes.write(axis, address, value, self.now);
     }
 
+    #[inline]
+    fn sense(&mut self, _: u8) -> Senses {
+        let now = self.now;
+        self.axes.servo().map(|servo| servo.sense(now)).unwrap_or_default()
+    }
+
+    #[inline]
+    fn drive(&mut self, _: u8, power: Power) {
+        let now = self.now;
+        if let Some(servo) = self.axes.servo() {
+            servo.drive(power, now);
+        }
+    }
+
+    fn is_still(&mut self, _: u8) -> bool {
+        self.axes.servo().is_none_or(|servo| servo.is_still())
+    }
+
+    fn limit_switches(&mut self, _: u8) -> (bool, bool) {
+        let now = self.now;
+        let switches = self.axes.servo().map(|servo| servo.switches(now)).unwrap_or_default();
+        (switches[0], switches[1])
+    }
+
     fn digital_inputs(&mut self) -> u8 {
         self.digital_inputs
     }
@@ -297,12 +334,15 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     }
 
     fn analog(&mut self, channel: Analog) -> i32 {
+        if let Some(reading) = self.servo_reading(channel) {
+            return reading;
+        }
         match channel {
             Analog::Input(input) => i32::from(self.analog_reading(input)),
             Analog::SupplyVoltage => {
                 converted(self.model, PortBehaviour::SupplyVoltage, self.supply_voltage * 10.0)
             }
-            Analog::Temperature => {
+            Analog::Temperature | Analog::MotorTemperature => {
                 converted(self.model, PortBehaviour::Temperature, self.temperature)
             }
             Analog::SupplyCurrent => self.supply_current,

@@ -32,6 +32,7 @@ mod module;
 mod quantity;
 pub mod recording;
 pub mod scenario;
+mod servo;
 mod suggest;
 pub mod watch;
 pub mod world;

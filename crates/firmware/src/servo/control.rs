@@ -7,10 +7,10 @@ use opentmcl_motion::servo::{Leg, Power, Senses, block};
 
 use super::init::Forced;
 use super::sensors::Source;
-use super::{FULL_VOLTAGE, Mode, PERIODS_PER_TICK, Servo, TWO_SHUNT_MA};
+use super::{BLOCK_UNIT_MA, FOC_UNIT_MA, FULL_VOLTAGE, Mode, PERIODS_PER_TICK, Servo};
 
 /// Current in mA of one count of the converter behind the single shunt.
-pub(super) const SINGLE_SHUNT_MA: i32 = 20;
+const SINGLE_SHUNT_MA: i32 = 20;
 
 /// Control periods between two runs of the speed regulator of a TMCM-1636: 2 kHz.
 const FOC_VELOCITY_PERIODS: u64 = 10;
@@ -70,12 +70,13 @@ impl Servo {
         // The shunt sees the current of the leg that is high, whichever way the torque goes.
         let current = if self.voltage < 0 { -raw } else { raw };
         let flows = self.is_driven();
+        let current = current * SINGLE_SHUNT_MA;
         self.phase_currents = [if flows { current } else { 0 }, 0];
         self.measured.add(Dq { d: 0, q: self.phase_currents[0] });
         self.measure_shunt(raw);
         let multiple = self.settings[Block::VelocityLoopDelay].max(1) as u64;
         if number % multiple == 0 {
-            self.regulate_speed(1, SINGLE_SHUNT_MA);
+            self.regulate_speed(1, BLOCK_UNIT_MA);
         }
         let (true, Some(sector)) = (flows, self.sensors.sector) else {
             self.rest();
@@ -83,9 +84,8 @@ impl Servo {
         };
         let multiple = self.settings[Block::CurrentLoopDelay].max(1) as u64;
         if number % multiple == 0 {
-            let target = self.demand.q * SINGLE_SHUNT_MA;
-            let actual = current * SINGLE_SHUNT_MA;
-            self.voltage = self.torque.step(self.torque_gains(), target, actual, FULL_VOLTAGE);
+            let gains = self.torque_gains();
+            self.voltage = self.torque.step(gains, self.demand.q, current, FULL_VOLTAGE);
         }
         block::commutate(sector, self.voltage)
     }
@@ -100,7 +100,7 @@ impl Servo {
         }
         self.phase_currents = currents;
         if number % FOC_VELOCITY_PERIODS == 0 {
-            self.regulate_speed(self.reading.pole_pairs, TWO_SHUNT_MA);
+            self.regulate_speed(self.reading.pole_pairs, FOC_UNIT_MA);
         }
         if self.settings[Foc::MotorType] == super::BRUSHED {
             return self.brushed_period(currents[0]);

@@ -14,10 +14,10 @@
 //!
 //! # Readings
 //!
-//! - Gains: P in 1/256 and I in 1/65536 for each run of the regulator. Torque and flux: 1/32767 of the voltage for
-//!   a count of the current (2 mA) of a TMCM-1636, for a milliampere of a TMCM-1613; speed: counts of the current
-//!   (2 mA, 20 mA) for a revolution per minute, of the field in a TMCM-1636, and there of the shaft with I in 1/2^18 in a
-//!   TMCM-1613; position: 1/256 revolution per minute for 1/65536 turn.
+//! - Gains: P in 1/256 and I in 1/65536 for each run of the regulator. The current regulators give 1/32767 of the
+//!   largest voltage for 2 mA in a TMCM-1636 and for 1 mA in a TMCM-1613. The regulators of the speed give 2 mA for
+//!   a revolution per minute of the field in a TMCM-1636, and 1 mA for one of the shaft in a TMCM-1613, there with I
+//!   in 1/2^18. The regulators of the position give 1/256 revolution per minute for 1/65536 turn.
 //! - Currents are amplitudes, as the chip of a TMCM-1636 has them, and not RMS values.
 
 pub(crate) mod axis;
@@ -60,8 +60,11 @@ const TICKS_PER_SECOND: u32 = 1000;
 /// The largest voltage of the regulators.
 const FULL_VOLTAGE: i32 = 32_767;
 
-/// Current in mA of one count of the converters behind two shunts.
-pub(crate) const TWO_SHUNT_MA: i32 = 2;
+/// Current in mA of the unit in which the regulators of a TMCM-1636 calculate: a count of its converters.
+const FOC_UNIT_MA: i32 = 2;
+
+/// The same for a TMCM-1613, whose converter is too coarse.
+const BLOCK_UNIT_MA: i32 = 1;
 
 /// Values of parameter 14.
 const NO_MOTOR: i32 = 0;
@@ -131,7 +134,7 @@ pub(crate) struct Servo {
     /// In 1/256 revolution per minute, and in 1/65536 turn.
     velocity_error: i32,
     position_error: i32,
-    /// What the current regulators are asked for, in counts.
+    /// What the current regulators are asked for, in their unit.
     demand: Dq,
     torque: Pi,
     flux: Pi,
@@ -226,11 +229,7 @@ impl Servo {
 
     /// What happens each millisecond, after the control period at the same time.
     fn tick(&mut self, around: &Surroundings) {
-        self.measured.close(if self.motion == Motion::Block {
-            control::SINGLE_SHUNT_MA
-        } else {
-            TWO_SHUNT_MA
-        });
+        self.measured.close(self.current_unit());
         self.step_behaviour(around);
         self.step_status(around);
         self.step_switches(around);
@@ -374,9 +373,14 @@ impl Servo {
         self.angle_of(self.commutation_source())
     }
 
-    /// In counts of the current converter.
+    /// Current in mA of the unit in which the regulators calculate.
+    fn current_unit(&self) -> i32 {
+        if self.motion == Motion::Block { BLOCK_UNIT_MA } else { FOC_UNIT_MA }
+    }
+
+    /// In the unit of the regulators.
     fn open_loop_current(&self) -> i32 {
-        self.settings[Foc::OpenLoopCurrent] / TWO_SHUNT_MA
+        self.settings[Foc::OpenLoopCurrent] / FOC_UNIT_MA
     }
 }
 

@@ -1,12 +1,11 @@
 //! Axis parameters of servo modules: what each reads, and what happens when it is written.
 
-use opentmcl_catalog::{Block, Foc, Motion, Servo as Shared};
+use opentmcl_catalog::{Block, Foc, Servo as Shared};
 use opentmcl_wire::Status;
 
-use super::control::SINGLE_SHUNT_MA;
 use super::sensors::{Source, saturated};
 use super::slow::RPM;
-use super::{Mode, Servo, Surroundings, TWO_SHUNT_MA};
+use super::{Mode, Servo, Surroundings};
 
 /// What parameters 230 to 232 read: runs of each loop in a second.
 const MAIN_LOOPS: i32 = super::TICKS_PER_SECOND as i32;
@@ -26,7 +25,7 @@ impl Servo {
             Shared::TargetVelocity => self.target_velocity,
             Shared::ActualVelocity => rounded(self.speed()),
             Shared::RampVelocity => rounded(self.speed_ramp.speed()),
-            Shared::TargetTorque => self.demand.q.saturating_mul(self.milliamps()),
+            Shared::TargetTorque => self.demand.q.saturating_mul(self.current_unit()),
             Shared::ActualTorque => self.measured.mean.q,
             Shared::SupplyVoltage => around.supply,
             Shared::DriverTemperature => around.temperature,
@@ -340,11 +339,6 @@ impl Servo {
             | Foc::VelocityLoops => return Err(Status::WRONG_TYPE),
         }
         Ok(())
-    }
-
-    /// Current in mA of a count of the converter.
-    fn milliamps(&self) -> i32 {
-        if self.motion == Motion::Block { SINGLE_SHUNT_MA } else { TWO_SHUNT_MA }
     }
 }
 
