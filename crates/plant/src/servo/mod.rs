@@ -38,6 +38,7 @@ use opentmcl_motion::Instant;
 use opentmcl_motion::servo::{PERIOD_TICKS, Power, Senses};
 
 use crate::machine::{Encoder, Load, Stage, Switches};
+use sensing::Converters;
 use sensors::Sensors;
 use state::State;
 use step::Plan;
@@ -145,14 +146,15 @@ pub struct Servo {
 struct Setup {
     plan: Plan,
     sensors: Sensors,
-    sensing: Sensing,
+    converters: Converters,
 }
 
 impl Servo {
     /// A machine, and how its currents are measured.
     pub fn new(machine: Machine, sensing: Sensing) -> Self {
         let sensors = Sensors::new(&machine);
-        let setup = Setup { plan: Plan::new(machine), sensors, sensing };
+        let converters = Converters::new(sensing);
+        let setup = Setup { plan: Plan::new(machine), sensors, converters };
         let state = State::new(&setup);
         Self { setup: Arc::new(setup), state }
     }

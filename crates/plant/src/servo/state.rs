@@ -54,7 +54,7 @@ impl State {
                 bus_current: 0.0,
             },
             inputs: Inputs {
-                legs: Legs::new(setup.plan.winding.wiring, &power, false, [false; 3]),
+                legs: Legs::new(setup.plan.winding.wiring, power.legs, false, [false; 3]),
                 chopper: false,
                 friction: 0.0,
                 external: 0.0,
@@ -112,8 +112,8 @@ impl State {
     pub(super) fn sense(&mut self, setup: &Setup) -> Senses {
         let currents = setup.plan.winding.wiring.currents(self.dynamics.current);
         let mut senses = Senses {
-            currents: setup.sensing.read(currents, &self.inputs, self.now / PERIOD_TICKS),
-            supply: count(self.dynamics.bus * 100.0, u16::MAX),
+            currents: setup.converters.read(currents, &self.inputs.legs, self.now / PERIOD_TICKS),
+            supply: count(self.dynamics.bus * 100.0),
             driver_fault: self.driver_fault,
             ..Senses::default()
         };
@@ -125,18 +125,18 @@ impl State {
     }
 
     pub(super) fn drive(&mut self, setup: &Setup, power: Power) {
-        if power != self.power {
-            self.power = power;
-            self.apply(setup);
-        }
+        self.power = power;
+        self.apply(setup);
     }
 
     /// What acts follows from what is set.
+    #[inline(always)]
     fn apply(&mut self, setup: &Setup) {
         let plan = &setup.plan;
-        let held = plan.machine.brake.filter(|brake| self.power.brake < brake.release_duty);
-        self.inputs.legs = Legs::new(plan.winding.wiring, &self.power, self.driver_fault, self.cut);
+        let legs = self.power.legs;
+        self.inputs.legs = Legs::new(plan.winding.wiring, legs, self.driver_fault, self.cut);
         self.inputs.chopper = self.power.chopper;
+        let held = plan.machine.brake.filter(|brake| self.power.brake < brake.release_duty);
         self.inputs.friction = plan.shaft.friction + held.map_or(0.0, |brake| brake.torque);
     }
 
@@ -208,7 +208,7 @@ impl State {
 
     pub(super) fn is_still(&self, setup: &Setup) -> bool {
         let bounces = self.contacts.iter().any(|contact| contact.next_bounce(self.now).is_some());
-        if bounces || setup.sensing.is_noisy() || self.dynamics.speed != 0.0 {
+        if bounces || setup.converters.is_noisy() || self.dynamics.speed != 0.0 {
             return false;
         }
         // What is the same after a step, and whose losses are the same after a window, will be so after any number.
