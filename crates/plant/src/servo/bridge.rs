@@ -51,9 +51,12 @@ enum Terminal {
 /// The legs as they have been set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Legs {
-    /// What they shall do; those with their wire off keep what they were told.
-    pub(super) legs: [Leg; 3],
-    cut: [bool; 3],
+    /// What they shall do.
+    pub(super) told: [Leg; 3],
+    /// Whether the gate driver keeps all switches open.
+    pub(super) fault: bool,
+    /// Which wires of the motor are off.
+    pub(super) cut: [bool; 3],
     /// Voltage vector per volt of the bus, if all legs of the motor are driven.
     pub(super) driven: Option<Vector>,
 }
@@ -134,13 +137,18 @@ impl Wiring {
 }
 
 impl Legs {
-    /// Legs that are driven like this, except those with their wire off; a fault of the driver opens all of them.
-    pub(super) fn new(wiring: Wiring, legs: [Leg; 3], fault: bool, cut: [bool; 3]) -> Self {
+    /// All legs open, all wires on.
+    pub(super) fn new() -> Self {
+        Self { told: [Leg::Open; 3], fault: false, cut: [false; 3], driven: None }
+    }
+
+    /// Drives them like this.
+    #[inline(always)]
+    pub(super) fn drive(&mut self, wiring: Wiring, told: [Leg; 3]) {
         const PART: f64 = 1.0 / 65535.0;
-        if fault {
-            return Self { legs: [Leg::Open; 3], cut, driven: None };
-        }
-        let driven = match (wiring, legs) {
+        self.told = told;
+        self.driven = match (wiring, told) {
+            _ if self.fault || self.cut != [false; 3] => None,
             (Wiring::Star, [Leg::Duty(a), Leg::Duty(b), Leg::Duty(c)]) => {
                 let [a, b, c] = [i32::from(a), i32::from(b), i32::from(c)];
                 let (along, across) = (f64::from(2 * a - b - c), f64::from(b - c));
@@ -151,14 +159,13 @@ impl Legs {
             }
             _ => None,
         };
-        Self { legs, cut, driven: driven.filter(|_| cut == [false; 3]) }
     }
 
     fn terminal(&self, wiring: Wiring, leg: usize) -> Terminal {
-        match self.legs[leg] {
+        match self.told[leg] {
             _ if self.cut[leg] || leg >= wiring.count() => Terminal::Cut,
-            Leg::Duty(duty) => Terminal::Driven(f64::from(duty) / 65535.0),
-            Leg::Open => Terminal::Open,
+            Leg::Duty(duty) if !self.fault => Terminal::Driven(f64::from(duty) / 65535.0),
+            Leg::Duty(_) | Leg::Open => Terminal::Open,
         }
     }
 

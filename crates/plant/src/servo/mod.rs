@@ -166,12 +166,14 @@ impl Servo {
 
     /// What the control interrupt reads at `now`. What has happened since the last interrupt counts from the last
     /// call on.
+    #[inline]
     pub fn sense(&mut self, now: Instant) -> Senses {
         self.come_to(now);
         self.state.sense(&self.setup)
     }
 
     /// Drives bridge, chopper and brake like this from `now` on.
+    #[inline]
     pub fn drive(&mut self, power: Power, now: Instant) {
         self.come_to(now);
         self.state.drive(&self.setup, power);

@@ -119,7 +119,10 @@ impl Converters {
 /// Current of the first leg that has the largest duty of those that are on; none if all are open.
 fn measured(currents: [f64; 3], legs: &Legs) -> f64 {
     let mut largest = (-1, 0.0);
-    for (leg, current) in legs.legs.iter().zip(currents) {
+    if legs.fault {
+        return 0.0;
+    }
+    for (leg, current) in legs.told.iter().zip(currents) {
         if let Leg::Duty(duty) = *leg
             && i32::from(duty) > largest.0
         {
@@ -159,7 +162,9 @@ mod tests {
     use super::*;
 
     fn legs(legs: [Leg; 3]) -> Legs {
-        Legs::new(Wiring::Star, legs, false, [false; 3])
+        let mut driven = Legs::new();
+        driven.drive(Wiring::Star, legs);
+        driven
     }
 
     #[test]

@@ -318,7 +318,7 @@ impl Plan {
             bus: supply.end(now.bus, push - bus_current).max(0.0),
             bus_current,
         };
-        Solved { next, square: dot(mean, mean) + dot(change, change) / 12.0, bus }
+        Solved { next, square: dot(mean, mean) + dot(change, change) * (1.0 / 12.0), bus }
     }
 }
 
