@@ -7,7 +7,7 @@
 //! Currents and voltages are vectors in the stationary frame, with the first component along phase A; a phase's value
 //! is the component along its axis. A motor with brushes has legs A and B as ends of one axis.
 
-use opentmcl_motion::servo::{Leg, Power};
+use opentmcl_motion::servo::Leg;
 
 /// A vector in the stationary frame.
 pub(super) type Vector = [f64; 2];
@@ -39,7 +39,7 @@ impl Default for Bridge {
 
 /// What a leg does.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Terminal {
+enum Terminal {
     /// Has this part of the bus voltage, 0..=1.
     Driven(f64),
     /// Only its diodes are left.
@@ -51,20 +51,31 @@ pub(super) enum Terminal {
 /// The legs as they have been set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Legs {
-    pub(super) terminals: [Terminal; 3],
+    /// What they shall do.
+    pub(super) told: [Leg; 3],
+    /// Whether the gate driver keeps all switches open.
+    pub(super) fault: bool,
+    /// Which wires of the motor are off.
+    pub(super) cut: [bool; 3],
     /// Voltage vector per volt of the bus, if all legs of the motor are driven.
-    driven: Option<Vector>,
+    pub(super) driven: Option<Vector>,
 }
 
-/// What is connected with the bus in a span of time.
+/// How currents can flow in a span of time.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Connection {
+pub(super) struct Path {
     /// Voltage vector per volt of the bus.
     pub(super) duty: Vector,
     /// Vector of the EMF per volt of its amplitude, as far as it can drive a current.
     pub(super) field: Vector,
     /// Current as far as it can flow.
     pub(super) current: Vector,
+}
+
+/// What is connected with the bus in a span of time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Connection {
+    pub(super) path: Path,
     /// Legs whose diodes conduct, and the sign of their currents; 0 for all others.
     pub(super) diodes: [f64; 3],
 }
@@ -82,6 +93,11 @@ pub(super) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
+/// Vector of three values of phases.
+fn star(a: f64, b: f64, c: f64) -> Vector {
+    [(2.0 * a - b - c) * (1.0 / 3.0), (b - c) * (1.0 / SQRT_3)]
+}
+
 impl Wiring {
     fn axes(self) -> &'static [Vector; 3] {
         match self {
@@ -92,7 +108,8 @@ impl Wiring {
 
     /// Currents into the motor.
     pub(super) fn currents(self, current: Vector) -> [f64; 3] {
-        self.axes().map(|axis| dot(axis, current))
+        let [a, b, c] = self.axes();
+        [dot(*a, current), dot(*b, current), dot(*c, current)]
     }
 
     /// Legs of the motor.
@@ -120,26 +137,36 @@ impl Wiring {
 }
 
 impl Legs {
-    /// Legs that are driven like this; a fault of the driver opens all of them.
-    pub(super) fn new(wiring: Wiring, power: &Power, fault: bool, cut: [bool; 3]) -> Self {
-        let mut terminals = [Terminal::Cut; 3];
-        for ((terminal, leg), cut) in
-            terminals.iter_mut().zip(power.legs).zip(cut).take(wiring.count())
-        {
-            *terminal = match leg {
-                _ if cut => Terminal::Cut,
-                Leg::Duty(duty) if !fault => Terminal::Driven(f64::from(duty) / 65535.0),
-                Leg::Duty(_) | Leg::Open => Terminal::Open,
-            };
-        }
-        let driven = match (wiring, terminals) {
-            (Wiring::Star, [Terminal::Driven(a), Terminal::Driven(b), Terminal::Driven(c)]) => {
-                Some([(2.0 * a - b - c) / 3.0, (b - c) / SQRT_3])
+    /// All legs open, all wires on.
+    pub(super) fn new() -> Self {
+        Self { told: [Leg::Open; 3], fault: false, cut: [false; 3], driven: None }
+    }
+
+    /// Drives them like this.
+    #[inline(always)]
+    pub(super) fn drive(&mut self, wiring: Wiring, told: [Leg; 3]) {
+        const PART: f64 = 1.0 / 65535.0;
+        self.told = told;
+        self.driven = match (wiring, told) {
+            _ if self.fault || self.cut != [false; 3] => None,
+            (Wiring::Star, [Leg::Duty(a), Leg::Duty(b), Leg::Duty(c)]) => {
+                let [a, b, c] = [i32::from(a), i32::from(b), i32::from(c)];
+                let (along, across) = (f64::from(2 * a - b - c), f64::from(b - c));
+                Some([along * (PART / 3.0), across * (PART / SQRT_3)])
             }
-            (Wiring::Single, [Terminal::Driven(a), Terminal::Driven(b), _]) => Some([a - b, 0.0]),
+            (Wiring::Single, [Leg::Duty(a), Leg::Duty(b), _]) => {
+                Some([f64::from(i32::from(a) - i32::from(b)) * PART, 0.0])
+            }
             _ => None,
         };
-        Self { terminals, driven }
+    }
+
+    fn terminal(&self, wiring: Wiring, leg: usize) -> Terminal {
+        match self.told[leg] {
+            _ if self.cut[leg] || leg >= wiring.count() => Terminal::Cut,
+            Leg::Duty(duty) if !self.fault => Terminal::Driven(f64::from(duty) / 65535.0),
+            Leg::Duty(_) | Leg::Open => Terminal::Open,
+        }
     }
 
     /// What conducts with this current (ampere), EMF (volt) in the direction `field`, and bus voltage. Diodes of the
@@ -152,27 +179,11 @@ impl Legs {
         bus: f64,
         refused: [bool; 3],
     ) -> Connection {
-        if let Some(duty) = self.driven {
-            return Connection { duty, field, current, diodes: [0.0; 3] };
-        }
         let emf = [field[0] * emf, field[1] * emf];
-        self.connect_open(wiring, current, field, emf, bus, refused)
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn connect_open(
-        &self,
-        wiring: Wiring,
-        current: Vector,
-        field: Vector,
-        emf: Vector,
-        bus: f64,
-        refused: [bool; 3],
-    ) -> Connection {
+        let terminals = [0, 1, 2].map(|leg| self.terminal(wiring, leg));
         let mut ends = Ends { levels: [None; 3], diodes: [0.0; 3] };
         for (leg, flow) in wiring.currents(current).into_iter().enumerate() {
-            match self.terminals[leg] {
+            match terminals[leg] {
                 Terminal::Driven(duty) => ends.levels[leg] = Some(duty),
                 Terminal::Open if flow > IDLE => ends.conduct(leg, 1.0),
                 Terminal::Open if flow < -IDLE => ends.conduct(leg, -1.0),
@@ -180,7 +191,7 @@ impl Legs {
             }
         }
         let emfs = [0, 1, 2].map(|leg| wiring.emf(leg, emf));
-        let ready = |leg: &usize| self.terminals[*leg] == Terminal::Open && !refused[*leg];
+        let ready = |leg: &usize| terminals[*leg] == Terminal::Open && !refused[*leg];
         if let [None, None, None] = ends.levels {
             // As a rectifier.
             let by_emf = |a: &usize, b: &usize| emfs[*a].total_cmp(&emfs[*b]);
@@ -254,29 +265,24 @@ impl Ends {
     }
 
     fn connection(&self, wiring: Wiring, current: Vector, field: Vector) -> Connection {
-        let diodes = self.diodes;
         let pair = |from: usize, to: usize, between: f64| {
             // The current can only flow from one to the other.
             let (from, to) = (PHASES[from], PHASES[to]);
             let way = [(from[0] - to[0]) / SQRT_3, (from[1] - to[1]) / SQRT_3];
             let along = |vector: Vector| [way[0] * dot(way, vector), way[1] * dot(way, vector)];
             let duty = [way[0] * between / SQRT_3, way[1] * between / SQRT_3];
-            Connection { duty, field: along(field), current: along(current), diodes }
+            Path { duty, field: along(field), current: along(current) }
         };
-        match (wiring, self.levels) {
+        let path = match (wiring, self.levels) {
             (Wiring::Star, [Some(a), Some(b), Some(c)]) => {
-                let duty = [(2.0 * a - b - c) / 3.0, (b - c) / SQRT_3];
-                Connection { duty, field, current, diodes }
+                Path { duty: star(a, b, c), field, current }
             }
             (Wiring::Star, [Some(a), Some(b), None]) => pair(0, 1, a - b),
             (Wiring::Star, [None, Some(b), Some(c)]) => pair(1, 2, b - c),
             (Wiring::Star, [Some(a), None, Some(c)]) => pair(2, 0, c - a),
-            (Wiring::Single, [Some(a), Some(b), _]) => {
-                Connection { duty: [a - b, 0.0], field, current, diodes }
-            }
-            _ => {
-                Connection { duty: [0.0; 2], field: [0.0; 2], current: [0.0; 2], diodes: [0.0; 3] }
-            }
-        }
+            (Wiring::Single, [Some(a), Some(b), _]) => Path { duty: [a - b, 0.0], field, current },
+            _ => Path { duty: [0.0; 2], field: [0.0; 2], current: [0.0; 2] },
+        };
+        Connection { path, diodes: self.diodes }
     }
 }

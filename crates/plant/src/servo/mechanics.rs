@@ -4,6 +4,7 @@ use core::f64::consts::TAU;
 
 use super::Machine;
 use super::motor::{Cogging, Motor};
+use crate::machine::Load;
 
 /// Fine steps of a turn.
 pub(super) const TURN: f64 = 65536.0;
@@ -38,8 +39,8 @@ pub(super) struct Shaft {
     /// Lowest and highest position of the rotor in fine steps.
     pub(super) limits: (f64, f64),
     cogging: Cogging,
-    /// Whether the load's torque depends on the position.
-    varies: bool,
+    /// Whether no torque depends on the position.
+    even: bool,
 }
 
 /// Torques at a position: in Nm, and how fast they fall along the way in Nm per rad.
@@ -58,6 +59,16 @@ pub(super) struct Motion {
     pub(super) speed: f64,
     /// Position at the end in fine steps.
     pub(super) position: f64,
+}
+
+/// What follows from the length of a span of time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ShaftSpan {
+    /// Twice the inertia by the time in seconds.
+    inertia: f64,
+    seconds: f64,
+    /// Fine steps at 1 rad/s.
+    way: f64,
 }
 
 impl Shaft {
@@ -79,18 +90,29 @@ impl Shaft {
                 limit(stage.highest).map_or(f64::INFINITY, |highest| highest + play),
             ),
             cogging,
-            varies: load.varies(),
+            even: !load.varies() && cogging.torque == 0.0,
         }
     }
 
+    pub(super) fn time(&self, seconds: f64) -> ShaftSpan {
+        ShaftSpan { inertia: 2.0 * self.inertia / seconds, seconds, way: seconds / RADIANS }
+    }
+
     /// What acts on a rotor at this position in fine steps, with a torque from outside.
+    #[inline(always)]
     pub(super) fn acting(&self, machine: &Machine, position: f64, external: f64) -> Acting {
-        let load = &machine.load;
-        let mut acting = Acting { torque: load.constant + external, stiffness: 0.0 };
-        if self.varies {
-            acting.torque = load.torque_at(position) + external;
-            acting.stiffness = load.stiffness_at(position) / RADIANS;
+        if self.even {
+            return Acting { torque: machine.load.constant + external, stiffness: 0.0 };
         }
+        self.acting_here(&machine.load, position, external)
+    }
+
+    #[inline(never)]
+    fn acting_here(&self, load: &Load, position: f64, external: f64) -> Acting {
+        let mut acting = Acting {
+            torque: load.torque_at(position) + external,
+            stiffness: load.stiffness_at(position) / RADIANS,
+        };
         if self.cogging.torque != 0.0 {
             let periods = position / TURN * f64::from(self.cogging.per_turn);
             let (sine, cosine) = libm::sincos(TAU * fraction(periods));
@@ -101,19 +123,20 @@ impl Shaft {
         acting
     }
 
-    /// Motion in a span of `seconds` of a rotor at a position (fine steps) with a speed (rad/s), on which `acting`
+    /// Motion in a span of time of a rotor at a position (fine steps) with a speed (rad/s), on which `acting`
     /// acts, and which `drag` (Nm per rad/s) and dry friction brake.
     ///
     /// Torques count with the mean of their values at both ends, so that springs of any stiffness keep the energy.
     /// Dry friction holds a rotor that stands until more acts on it, and a rotor that it has stopped stands for the
     /// rest of the span.
+    #[inline(always)]
     pub(super) fn motion(
         &self,
         (position, speed): (f64, f64),
         acting: Acting,
         drag: f64,
         friction: f64,
-        seconds: f64,
+        span: &ShaftSpan,
     ) -> Motion {
         let rest = Motion { mean: 0.0, speed: 0.0, position };
         let direction = if speed != 0.0 {
@@ -123,9 +146,9 @@ impl Shaft {
         } else {
             return rest;
         };
-        let inertia = 2.0 * self.inertia / seconds;
+        let inertia = span.inertia;
         let torque = acting.torque - friction.copysign(direction);
-        let drag = drag + self.viscous + acting.stiffness * seconds / 2.0;
+        let drag = drag + self.viscous + acting.stiffness * (span.seconds / 2.0);
         let mut mean = (inertia * speed + torque) / (inertia + drag);
         let mut after = 2.0 * mean - speed;
         if friction > 0.0 && speed * after < 0.0 {
@@ -136,12 +159,12 @@ impl Shaft {
         if after.abs() < STANDSTILL {
             after = 0.0;
         }
-        let reached = position + mean * seconds / RADIANS;
+        let reached = position + mean * span.way;
         let (lowest, highest) = self.limits;
         if reached < lowest || reached > highest {
             // It stops without bouncing back.
             let stop = reached.clamp(lowest, highest);
-            let mean = (stop - position) * RADIANS / seconds;
+            let mean = (stop - position) / span.way;
             return Motion { mean, speed: 0.0, position: stop };
         }
         Motion { mean, speed: after, position: reached }
@@ -154,7 +177,9 @@ pub(super) fn floor(number: f64) -> i64 {
     if (whole as f64) > number { whole.saturating_sub(1) } else { whole }
 }
 
-/// What is left beyond the nearest whole number, -0.5..=0.5.
+/// What is left beyond the nearest whole number, -0.5..=0.5, of a number within ±2^51.
 pub(super) fn fraction(number: f64) -> f64 {
-    number - floor(number + 0.5) as f64
+    // Numbers of this size have no places behind the point.
+    const WHOLE: f64 = 6_755_399_441_055_744.0;
+    number - ((number + WHOLE) - WHOLE)
 }

@@ -38,6 +38,7 @@ use opentmcl_motion::Instant;
 use opentmcl_motion::servo::{PERIOD_TICKS, Power, Senses};
 
 use crate::machine::{Encoder, Load, Stage, Switches};
+use sensing::Converters;
 use sensors::Sensors;
 use state::State;
 use step::Plan;
@@ -145,14 +146,15 @@ pub struct Servo {
 struct Setup {
     plan: Plan,
     sensors: Sensors,
-    sensing: Sensing,
+    converters: Converters,
 }
 
 impl Servo {
     /// A machine, and how its currents are measured.
     pub fn new(machine: Machine, sensing: Sensing) -> Self {
         let sensors = Sensors::new(&machine);
-        let setup = Setup { plan: Plan::new(machine), sensors, sensing };
+        let converters = Converters::new(sensing);
+        let setup = Setup { plan: Plan::new(machine), sensors, converters };
         let state = State::new(&setup);
         Self { setup: Arc::new(setup), state }
     }
@@ -164,12 +166,14 @@ impl Servo {
 
     /// What the control interrupt reads at `now`. What has happened since the last interrupt counts from the last
     /// call on.
+    #[inline]
     pub fn sense(&mut self, now: Instant) -> Senses {
         self.come_to(now);
         self.state.sense(&self.setup)
     }
 
     /// Drives bridge, chopper and brake like this from `now` on.
+    #[inline]
     pub fn drive(&mut self, power: Power, now: Instant) {
         self.come_to(now);
         self.state.drive(&self.setup, power);

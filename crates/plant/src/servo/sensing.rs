@@ -1,7 +1,8 @@
 //! Converters of currents and of the supply voltage.
 
-use super::bridge::Terminal;
-use super::step::Inputs;
+use opentmcl_motion::servo::Leg;
+
+use super::bridge::Legs;
 
 /// How the module measures the currents of its bridge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,41 +65,68 @@ impl Default for SingleShunt {
     }
 }
 
-impl Sensing {
-    /// Readings with these currents of the legs in ampere, in the period of this number.
-    pub(super) fn read(&self, currents: [f64; 3], inputs: &Inputs, period: u64) -> [u16; 2] {
-        match self {
-            Self::TwoShunt(shunts) => [0, 1].map(|shunt| {
-                let counts =
-                    currents[shunt] * shunts.gain[shunt] * 1000.0 / shunts.milliamps_per_count;
-                let noise = shunts.noise.at(2 * period + shunt as u64);
-                count(f64::from(shunts.offset[shunt]) + counts + noise, u16::MAX)
-            }),
-            Self::SingleShunt(shunt) => {
-                let counts =
-                    measured(currents, inputs) * shunt.gain * 1000.0 / shunt.milliamps_per_count;
-                let noise = shunt.noise.at(period);
-                [count(f64::from(shunt.offset) + counts + noise, 4095), 0]
-            }
+/// Converters, with what follows from their data.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Converters {
+    /// Whether there is one shunt for all legs.
+    single: bool,
+    offset: [f64; 2],
+    counts_per_ampere: [f64; 2],
+    largest: f64,
+    noise: Noise,
+}
+
+impl Converters {
+    pub(super) fn new(sensing: Sensing) -> Self {
+        match sensing {
+            Sensing::TwoShunt(shunts) => Self {
+                single: false,
+                offset: shunts.offset.map(f64::from),
+                counts_per_ampere: shunts.gain.map(|gain| gain * 1e3 / shunts.milliamps_per_count),
+                largest: 65535.0,
+                noise: shunts.noise,
+            },
+            Sensing::SingleShunt(shunt) => Self {
+                single: true,
+                offset: [f64::from(shunt.offset), 0.0],
+                counts_per_ampere: [shunt.gain * 1e3 / shunt.milliamps_per_count, 0.0],
+                largest: 4095.0,
+                noise: shunt.noise,
+            },
         }
+    }
+
+    /// Readings with these currents of the legs in ampere, in the period of this number.
+    #[inline(always)]
+    pub(super) fn read(&self, currents: [f64; 3], legs: &Legs, period: u64) -> [u16; 2] {
+        let noise = |number: u64| if self.is_noisy() { self.noise.at(number) } else { 0.0 };
+        let read = |shunt: usize, current: f64, noise: f64| {
+            let reading = self.offset[shunt] + current * self.counts_per_ampere[shunt] + noise;
+            count(reading.min(self.largest))
+        };
+        if self.single {
+            return [read(0, measured(currents, legs), noise(period)), 0];
+        }
+        [read(0, currents[0], noise(2 * period)), read(1, currents[1], noise(2 * period + 1))]
     }
 
     /// Whether readings differ while nothing else does.
     pub(super) fn is_noisy(&self) -> bool {
-        let (Self::TwoShunt(TwoShunt { noise, .. }) | Self::SingleShunt(SingleShunt { noise, .. })) =
-            self;
-        noise.counts != 0.0
+        self.noise.counts != 0.0
     }
 }
 
 /// Current of the first leg that has the largest duty of those that are on; none if all are open.
-fn measured(currents: [f64; 3], inputs: &Inputs) -> f64 {
-    let mut largest = (-1.0, 0.0);
-    for (terminal, current) in inputs.legs.terminals.iter().zip(currents) {
-        if let Terminal::Driven(duty) = *terminal
-            && duty > largest.0
+fn measured(currents: [f64; 3], legs: &Legs) -> f64 {
+    let mut largest = (-1, 0.0);
+    if legs.fault {
+        return 0.0;
+    }
+    for (leg, current) in legs.told.iter().zip(currents) {
+        if let Leg::Duty(duty) = *leg
+            && i32::from(duty) > largest.0
         {
-            largest = (duty, current);
+            largest = (i32::from(duty), current);
         }
     }
     largest.1
@@ -106,9 +134,6 @@ fn measured(currents: [f64; 3], inputs: &Inputs) -> f64 {
 
 impl Noise {
     fn at(&self, number: u64) -> f64 {
-        if self.counts == 0.0 {
-            return 0.0;
-        }
         let random = mix(self.seed ^ mix(number));
         // Four uniform numbers make nearly a normal one, with the variance 4/12.
         let sum: u64 = (0..4).map(|part| random >> (16 * part) & 0xFFFF).sum();
@@ -126,35 +151,27 @@ fn mix(number: u64) -> u64 {
     z ^ z >> 31
 }
 
-/// The nearest number that a converter has.
-pub(super) fn count(reading: f64, largest: u16) -> u16 {
-    ((reading + 0.5) as u16).min(largest)
+/// The nearest number of 0..=65535.
+pub(super) fn count(reading: f64) -> u16 {
+    (reading + 0.5) as u16
 }
 
 #[cfg(test)]
 mod tests {
-    use opentmcl_motion::servo::{Leg, Power};
-
-    use super::super::bridge::{Legs, Wiring};
+    use super::super::bridge::Wiring;
     use super::*;
 
-    fn inputs(legs: [Leg; 3]) -> Inputs {
-        let power = Power { legs, ..Power::default() };
-        Inputs {
-            legs: Legs::new(Wiring::Star, &power, false, [false; 3]),
-            chopper: false,
-            friction: 0.0,
-            external: 0.0,
-            blocked: false,
-            source: 24.0,
-        }
+    fn legs(legs: [Leg; 3]) -> Legs {
+        let mut driven = Legs::new();
+        driven.drive(Wiring::Star, legs);
+        driven
     }
 
     #[test]
     fn two_shunts_read_a_and_b_around_their_offsets_and_end_at_the_ends() {
-        let sensing = Sensing::TwoShunt(TwoShunt::default());
-        let inputs = inputs([Leg::Open; 3]);
-        let read = |currents| sensing.read(currents, &inputs, 0);
+        let converters = Converters::new(Sensing::TwoShunt(TwoShunt::default()));
+        let open = legs([Leg::Open; 3]);
+        let read = |currents| converters.read(currents, &open, 0);
         assert_eq!(read([0.0; 3]), [33050, 32900]);
         assert_eq!(read([3.0, -1.5, -1.5]), [34050, 32400]);
         assert_eq!(read([0.004, -0.004, 0.0]), [33051, 32899], "to the nearest");
@@ -163,8 +180,8 @@ mod tests {
 
     #[test]
     fn a_single_shunt_reads_the_leg_with_the_larger_duty() {
-        let sensing = Sensing::SingleShunt(SingleShunt::default());
-        let read = |legs| sensing.read([1.0, -3.0, 2.0], &inputs(legs), 0)[0];
+        let converters = Converters::new(Sensing::SingleShunt(SingleShunt::default()));
+        let read = |driven| converters.read([1.0, -3.0, 2.0], &legs(driven), 0)[0];
         assert_eq!(read([Leg::Duty(100), Leg::Duty(0), Leg::Open]), 2048 + 50);
         assert_eq!(read([Leg::Open, Leg::Duty(0), Leg::Duty(1)]), 2048 + 100);
         assert_eq!(read([Leg::Duty(7), Leg::Duty(7), Leg::Duty(7)]), 2048 + 50);

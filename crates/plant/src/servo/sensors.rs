@@ -100,6 +100,7 @@ impl Sensors {
     }
 
     /// What the sensors tell, `ticks` after they have been asked last.
+    #[inline(always)]
     pub(super) fn read(
         &self,
         memory: &mut Memory,

@@ -26,9 +26,6 @@ pub(super) struct State {
     contacts: [Contact; 3],
     has_switches: bool,
     temperatures: Temperatures,
-    power: Power,
-    driver_fault: bool,
-    cut: [bool; 3],
     hall_faults: [LineFault; 3],
     memory: Memory,
     /// When the sensors were asked last, in ticks.
@@ -43,7 +40,6 @@ impl State {
         let start = stage.start.max(lowest).min(highest);
         let contact = |switch| Contact::new(switch, start, stage.circle);
         let all = [switches.left, switches.right, switches.home];
-        let power = Power::default();
         let mut state = Self {
             now: 0,
             dynamics: Dynamics {
@@ -54,7 +50,7 @@ impl State {
                 bus_current: 0.0,
             },
             inputs: Inputs {
-                legs: Legs::new(setup.plan.winding.wiring, &power, false, [false; 3]),
+                legs: Legs::new(),
                 chopper: false,
                 friction: 0.0,
                 external: 0.0,
@@ -65,18 +61,16 @@ impl State {
             contacts: all.map(contact),
             has_switches: all.iter().any(Option::is_some),
             temperatures: Temperatures::new(machine.thermal.ambient),
-            power,
-            driver_fault: false,
-            cut: [false; 3],
             hall_faults: [LineFault::None; 3],
             memory: setup.sensors.memory(start, start),
             sensed: 0,
         };
-        state.apply(setup);
+        state.drive(setup, Power::default());
         state
     }
 
     /// Moves on to a time.
+    #[inline(always)]
     pub(super) fn come_to(&mut self, setup: &Setup, now: u64) {
         while now > self.now {
             let ticks = (now - self.now).min(PERIOD_TICKS);
@@ -84,6 +78,7 @@ impl State {
         }
     }
 
+    #[inline(always)]
     fn step(&mut self, setup: &Setup, ticks: u64) {
         let square = if ticks == PERIOD_TICKS {
             setup.plan.period(&mut self.dynamics, &self.inputs)
@@ -98,6 +93,7 @@ impl State {
     }
 
     /// The stage follows the rotor, and the switches the stage.
+    #[inline(always)]
     fn follow(&mut self, setup: &Setup) {
         let stage = &setup.plan.machine.stage;
         let (rotor, play) = (self.dynamics.position, stage.backlash / 2.0);
@@ -109,12 +105,13 @@ impl State {
         }
     }
 
+    #[inline(always)]
     pub(super) fn sense(&mut self, setup: &Setup) -> Senses {
         let currents = setup.plan.winding.wiring.currents(self.dynamics.current);
         let mut senses = Senses {
-            currents: setup.sensing.read(currents, &self.inputs, self.now / PERIOD_TICKS),
-            supply: count(self.dynamics.bus * 100.0, u16::MAX),
-            driver_fault: self.driver_fault,
+            currents: setup.converters.read(currents, &self.inputs.legs, self.now / PERIOD_TICKS),
+            supply: count(self.dynamics.bus * 100.0),
+            driver_fault: self.inputs.legs.fault,
             ..Senses::default()
         };
         let ticks = self.now - self.sensed;
@@ -124,19 +121,12 @@ impl State {
         senses
     }
 
+    #[inline(always)]
     pub(super) fn drive(&mut self, setup: &Setup, power: Power) {
-        if power != self.power {
-            self.power = power;
-            self.apply(setup);
-        }
-    }
-
-    /// What acts follows from what is set.
-    fn apply(&mut self, setup: &Setup) {
         let plan = &setup.plan;
-        let held = plan.machine.brake.filter(|brake| self.power.brake < brake.release_duty);
-        self.inputs.legs = Legs::new(plan.winding.wiring, &self.power, self.driver_fault, self.cut);
-        self.inputs.chopper = self.power.chopper;
+        self.inputs.legs.drive(plan.winding.wiring, power.legs);
+        self.inputs.chopper = power.chopper;
+        let held = plan.machine.brake.filter(|brake| power.brake < brake.release_duty);
         self.inputs.friction = plan.shaft.friction + held.map_or(0.0, |brake| brake.torque);
     }
 
@@ -171,14 +161,16 @@ impl State {
                     *line = fault;
                 }
             }
-            Influence::DriverFault(fault) => self.driver_fault = fault,
+            Influence::DriverFault(fault) => self.inputs.legs.fault = fault,
             Influence::PhaseOpen(phase, open) => {
-                if let Some(phase) = self.cut.get_mut(usize::from(phase)) {
+                if let Some(phase) = self.inputs.legs.cut.get_mut(usize::from(phase)) {
                     *phase = open;
                 }
             }
         }
-        self.apply(setup);
+        // A fault or a wire that is off changes what the legs do.
+        let legs = &mut self.inputs.legs;
+        legs.drive(setup.plan.winding.wiring, legs.told);
     }
 
     fn put(&mut self, setup: &Setup, position: f64) {
@@ -208,7 +200,7 @@ impl State {
 
     pub(super) fn is_still(&self, setup: &Setup) -> bool {
         let bounces = self.contacts.iter().any(|contact| contact.next_bounce(self.now).is_some());
-        if bounces || setup.sensing.is_noisy() || self.dynamics.speed != 0.0 {
+        if bounces || setup.converters.is_noisy() || self.dynamics.speed != 0.0 {
             return false;
         }
         // What is the same after a step, and whose losses are the same after a window, will be so after any number.

@@ -7,9 +7,9 @@
 
 use core::f64::consts::TAU;
 
-use super::bridge::{Connection, Legs, Vector, Wiring, dot};
+use super::bridge::{Connection, Legs, Path, Vector, Wiring, dot};
 use super::decay::Decay;
-use super::mechanics::{Motion, RADIANS, Shaft, TURN, fraction};
+use super::mechanics::{Motion, RADIANS, Shaft, ShaftSpan, TURN, fraction};
 use super::motor::Motor;
 use super::supply::SupplySpan;
 use super::thermal::Heat;
@@ -47,7 +47,7 @@ pub(super) struct Plan {
 /// What follows from the length of a span.
 #[derive(Clone, Copy, Debug)]
 struct Span {
-    seconds: f64,
+    time: ShaftSpan,
     winding: Decay,
     supply: SupplySpan,
 }
@@ -120,7 +120,7 @@ impl Plan {
         winding.resistance += switches;
         let shaft = Shaft::new(&machine);
         Self {
-            period: Span::new(&winding, &machine, PERIOD_SECONDS),
+            period: Span::new(&winding, &shaft, &machine, PERIOD_SECONDS),
             source_conductance: machine.supply.source_conductance(),
             machine,
             winding,
@@ -136,45 +136,53 @@ impl Plan {
 
     /// Goes on by a part of a control period. Gives the integral of the square of the current.
     pub(super) fn part(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64) -> f64 {
-        self.pass(now, inputs, seconds, &Span::new(&self.winding, &self.machine, seconds))
+        self.pass(now, inputs, seconds, &self.span(seconds))
     }
 
+    #[inline(always)]
     fn pass(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64, span: &Span) -> f64 {
-        let turning = self.field(now, span.seconds);
-        let connection = self.connect(now, inputs, turning, [false; 3]);
-        let solved = self.solve(now, inputs, span, &connection);
-        if connection.diodes == [0.0; 3] {
-            *now = solved.next;
-            return solved.square * span.seconds;
-        }
-        self.pass_with_diodes(now, inputs, seconds)
+        let Some(duty) = inputs.legs.driven else {
+            return self.pass_with_diodes(now, inputs, seconds, span);
+        };
+        let (field, _) = self.field(now, seconds);
+        let path = Path { duty, field, current: now.current };
+        let solved = self.solve(now, inputs, span, &path);
+        *now = solved.next;
+        solved.square * seconds
     }
 
     /// Diodes let go when their current ends, which divides the span.
-    #[cold]
     #[inline(never)]
-    fn pass_with_diodes(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64) -> f64 {
+    fn pass_with_diodes(
+        &self,
+        now: &mut Dynamics,
+        inputs: &Inputs,
+        seconds: f64,
+        whole: &Span,
+    ) -> f64 {
         /// There are three diodes that can end and begin; the bound is for what nobody has thought of.
         const ENDS: usize = 8;
         let mut squares = 0.0;
         let mut left = seconds;
         let mut refused = [false; 3];
+        let mut rest = None;
         for _ in 0..ENDS {
-            let span = Span::new(&self.winding, &self.machine, left);
+            let span = rest.as_ref().unwrap_or(whole);
             let connection = self.connect(now, inputs, self.field(now, left), refused);
-            let solved = self.solve(now, inputs, &span, &connection);
-            let Some((leg, part)) = self.diode_end(&connection, &solved.next, &span) else {
+            let solved = self.solve(now, inputs, span, &connection.path);
+            let Some((leg, part)) = self.diode_end(&connection, &solved.next, span) else {
                 *now = solved.next;
                 return squares + solved.square * left;
             };
             if part <= 0.0 {
+                // It does not begin to conduct after all.
                 refused[leg] = true;
                 continue;
             }
             let until = left * part.min(1.0);
-            let span = Span::new(&self.winding, &self.machine, until);
+            let span = self.span(until);
             let connection = self.connect(now, inputs, self.field(now, until), refused);
-            let solved = self.solve(now, inputs, &span, &connection);
+            let solved = self.solve(now, inputs, &span, &connection.path);
             *now = solved.next;
             now.current = self.winding.wiring.without(leg, now.current);
             squares += solved.square * until;
@@ -183,6 +191,7 @@ impl Plan {
             if left <= 1e-9 {
                 break;
             }
+            rest = Some(self.span(left));
         }
         squares
     }
@@ -196,7 +205,7 @@ impl Plan {
         span: &Span,
     ) -> Option<(usize, f64)> {
         let wiring = self.winding.wiring;
-        let before = wiring.currents(connection.current);
+        let before = wiring.currents(connection.path.current);
         let after = wiring.currents(next.current);
         let keep = span.winding.keep;
         (0..3)
@@ -213,6 +222,7 @@ impl Plan {
     }
 
     /// Direction of the EMF in the middle of a span, and its amplitude in volt.
+    #[inline(always)]
     fn field(&self, now: &Dynamics, seconds: f64) -> (Vector, f64) {
         let emf = self.winding.emf * now.speed;
         if self.winding.wiring == Wiring::Single {
@@ -223,9 +233,14 @@ impl Plan {
     }
 
     /// Direction of the EMF at a position.
+    #[inline(always)]
     pub(super) fn direction(&self, position: f64) -> Vector {
         let (sine, cosine) = libm::sincos(TAU * fraction(position * self.winding.turns));
         [-sine, cosine]
+    }
+
+    fn span(&self, seconds: f64) -> Span {
+        Span::new(&self.winding, &self.shaft, &self.machine, seconds)
     }
 
     fn connect(
@@ -238,21 +253,17 @@ impl Plan {
         inputs.legs.connect(self.winding.wiring, now.current, field, now.bus, refused)
     }
 
-    fn solve(
-        &self,
-        now: &Dynamics,
-        inputs: &Inputs,
-        span: &Span,
-        connection: &Connection,
-    ) -> Solved {
-        if now.bus <= inputs.source {
-            let solved = self.solve_with(now, inputs, span, connection, true);
-            if solved.bus <= inputs.source {
+    #[inline(always)]
+    fn solve(&self, now: &Dynamics, inputs: &Inputs, span: &Span, path: &Path) -> Solved {
+        let mut with_source = now.bus <= inputs.source;
+        loop {
+            let solved = self.solve_with(now, inputs, span, path, with_source);
+            if !with_source || solved.bus <= inputs.source {
                 return solved;
             }
+            // The diode keeps power from flowing into the source.
+            with_source = false;
         }
-        // The diode keeps power from flowing into the source.
-        self.solve_with(now, inputs, span, connection, false)
     }
 
     /// The solution with or without the source.
@@ -262,11 +273,11 @@ impl Plan {
         now: &Dynamics,
         inputs: &Inputs,
         span: &Span,
-        connection: &Connection,
+        path: &Path,
         with_source: bool,
     ) -> Solved {
         let Winding { emf, scale, .. } = self.winding;
-        let Connection { duty, field, current, .. } = *connection;
+        let Path { duty, field, current } = *path;
         let winding = &span.winding;
         let supply = span.supply.decay(with_source, inputs.chopper);
         let push = if with_source { inputs.source * self.source_conductance } else { 0.0 };
@@ -290,7 +301,7 @@ impl Plan {
             let mut acting = self.shaft.acting(&self.machine, now.position, inputs.external);
             acting.torque += torque;
             let at = (now.position, now.speed);
-            self.shaft.motion(at, acting, drag, inputs.friction, span.seconds)
+            self.shaft.motion(at, acting, drag, inputs.friction, &span.time)
         };
 
         let bus = still + slope * motion.mean;
@@ -301,20 +312,24 @@ impl Plan {
         let bus_current = scale * dot(duty, mean);
         let change = [end[0] - current[0], end[1] - current[1]];
         let next = Dynamics {
-            current: end.map(|part| if part.abs() < NO_CURRENT { 0.0 } else { part }),
+            current: [or_none(end[0]), or_none(end[1])],
             position: motion.position,
             speed: motion.speed,
             bus: supply.end(now.bus, push - bus_current).max(0.0),
             bus_current,
         };
-        Solved { next, square: dot(mean, mean) + dot(change, change) / 12.0, bus }
+        Solved { next, square: dot(mean, mean) + dot(change, change) * (1.0 / 12.0), bus }
     }
 }
 
+fn or_none(current: f64) -> f64 {
+    if current.abs() < NO_CURRENT { 0.0 } else { current }
+}
+
 impl Span {
-    fn new(winding: &Winding, machine: &Machine, seconds: f64) -> Self {
+    fn new(winding: &Winding, shaft: &Shaft, machine: &Machine, seconds: f64) -> Self {
         Self {
-            seconds,
+            time: shaft.time(seconds),
             winding: Decay::new(winding.resistance, winding.inductance, seconds),
             supply: machine.supply.span(seconds),
         }

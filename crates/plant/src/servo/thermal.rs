@@ -77,9 +77,13 @@ impl Temperatures {
     /// Takes note of the losses since the beginning of the window when it is over.
     pub(super) fn pass(&mut self, heat: &Heat, now: u64) {
         let ticks = now - self.window;
-        if ticks < WINDOW_TICKS {
-            return;
+        if ticks >= WINDOW_TICKS {
+            self.end_window(heat, now, ticks);
         }
+    }
+
+    #[inline(never)]
+    fn end_window(&mut self, heat: &Heat, now: u64, ticks: u64) {
         let square = self.collected / (ticks as f64 * SECONDS_PER_TICK);
         if square != self.square {
             self.restart(heat, self.window);
