@@ -36,14 +36,13 @@ pub trait Board {
     /// Writes a register (0..=127) of the motion chip of this axis.
     fn write_register(&mut self, axis: u8, address: u8, value: u32);
 
-    /// What the control interrupt of a servo axis reads at this time.
-    fn sense(&mut self, axis: u8) -> Senses {
-        let _ = axis;
-        Senses::default()
+    /// Reads what the control interrupt of a servo axis wants to know at this time.
+    fn sense(&mut self, axis: u8, senses: &mut Senses) {
+        let _ = (axis, senses);
     }
 
     /// What the control interrupt of a servo axis gives: from now on, until the next one.
-    fn drive(&mut self, axis: u8, power: Power) {
+    fn drive(&mut self, axis: u8, power: &Power) {
         let _ = (axis, power);
     }
 

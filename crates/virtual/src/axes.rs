@@ -161,7 +161,7 @@ impl Axes {
         match self {
             Self::Tmc5160(axes) => axes.iter_mut().for_each(|axis| axis.reset(now)),
             Self::Tmc429(steppers) => steppers.reset(now),
-            Self::Servo(servo) => servo.drive(Power::default(), now),
+            Self::Servo(servo) => servo.drive(&Power::default(), now),
         }
     }
 

@@ -298,13 +298,15 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     }
 
     #[inline]
-    fn sense(&mut self, _: u8) -> Senses {
+    fn sense(&mut self, _: u8, senses: &mut Senses) {
         let now = self.now;
-        self.axes.servo().map(|servo| servo.sense(now)).unwrap_or_default()
+        if let Some(servo) = self.axes.servo() {
+            servo.sense(senses, now);
+        }
     }
 
     #[inline]
-    fn drive(&mut self, _: u8, power: Power) {
+    fn drive(&mut self, _: u8, power: &Power) {
         let now = self.now;
         if let Some(servo) = self.axes.servo() {
             servo.drive(power, now);

@@ -35,17 +35,17 @@ impl ServoAxis {
 
     /// What the control interrupt reads. While it slept, the machine did nothing that it could have seen.
     #[inline]
-    pub(crate) fn sense(&mut self, now: Instant) -> Senses {
+    pub(crate) fn sense(&mut self, senses: &mut Senses, now: Instant) {
         if now > self.sensed + CONTROL_PERIOD {
             self.servo.skip(now - CONTROL_PERIOD);
         }
         self.sensed = now;
-        self.servo.sense(now)
+        *senses = self.servo.sense(now);
     }
 
     #[inline]
-    pub(crate) fn drive(&mut self, power: Power, now: Instant) {
-        self.servo.drive(power, now);
+    pub(crate) fn drive(&mut self, power: &Power, now: Instant) {
+        self.servo.drive(*power, now);
     }
 
     pub(crate) fn is_still(&self) -> bool {

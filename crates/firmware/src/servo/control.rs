@@ -3,7 +3,7 @@
 use opentmcl_catalog::{Block, Foc, Motion, Servo as Shared};
 use opentmcl_motion::servo::pi::Gains;
 use opentmcl_motion::servo::transform::{Dq, clarke, space_vector};
-use opentmcl_motion::servo::{Leg, Power, Senses, block};
+use opentmcl_motion::servo::{Leg, block};
 
 use super::init::Forced;
 use super::sensors::Source;
@@ -39,33 +39,32 @@ impl Measured {
 }
 
 impl Servo {
-    /// One control period; `number` counts them since power-up.
+    /// One control period: from senses to power. `number` counts them since power-up.
     #[inline]
-    pub(super) fn period(&mut self, motion: Motion, senses: Senses, number: u64) -> Power {
-        self.senses = senses;
-        let has_jumped = self.sensors.step(&senses, &self.reading);
+    pub(super) fn period(&mut self, number: u64) {
+        let has_jumped = self.sensors.step(&self.senses, &self.reading);
         if has_jumped && self.uses_halls() {
             self.latch_hall_error();
         }
-        if senses.index_passed {
+        if self.senses.index_passed {
             self.pass_null();
         }
-        if senses.driver_fault {
+        if self.senses.driver_fault {
             self.latch_driver_fault();
         }
-        let legs = match motion {
+        match self.motion {
             Motion::Block => self.block_period(number),
             _ => self.foc_period(number),
-        };
-        self.power = Power { legs, chopper: self.chops(), brake: self.brake.duty };
-        self.power
+        }
+        self.power.chopper = self.chops();
+        self.power.brake = self.brake.duty;
     }
 
     pub(super) fn torque_gains(&self) -> Gains {
         Gains { p: self.settings[Shared::TorqueP], i: self.settings[Shared::TorqueI] }
     }
 
-    fn block_period(&mut self, number: u64) -> [Leg; 3] {
+    fn block_period(&mut self, number: u64) {
         let raw = i32::from(self.senses.currents[0]) - self.settings[Block::ShuntOffset];
         // The shunt sees the current of the leg that is high, whichever way the torque goes.
         let current = if self.voltage < 0 { -raw } else { raw };
@@ -79,18 +78,17 @@ impl Servo {
             self.regulate_speed(1, BLOCK_UNIT_MA);
         }
         let (true, Some(sector)) = (flows, self.sensors.sector) else {
-            self.rest();
-            return [Leg::Open; 3];
+            return self.rest();
         };
         let multiple = self.settings[Block::CurrentLoopDelay].max(1) as u64;
         if number % multiple == 0 {
             let gains = self.torque_gains();
             self.voltage = self.torque.step(gains, self.demand.q, current, FULL_VOLTAGE);
         }
-        block::commutate(sector, self.voltage)
+        self.power.legs = block::commutate(sector, self.voltage);
     }
 
-    fn foc_period(&mut self, number: u64) -> [Leg; 3] {
+    fn foc_period(&mut self, number: u64) {
         let mut currents = [
             i32::from(self.senses.currents[0]) - self.settings[Foc::AdcOffsetA],
             i32::from(self.senses.currents[1]) - self.settings[Foc::AdcOffsetB],
@@ -115,36 +113,43 @@ impl Servo {
         };
         let actual = clarke(currents[0], currents[1]).park(angle);
         self.measured.add(actual);
-        if !self.is_driven() {
-            self.rest();
-            return [Leg::Open; 3];
+        if !self.is_driven() || self.is_lost() {
+            return self.rest();
         }
         let gains = self.torque_gains();
         let d = self.flux.step(gains, demand.d, actual.d, FULL_VOLTAGE);
         let q = self.torque.step(gains, demand.q, actual.q, FULL_VOLTAGE);
         let voltage = Dq { d, q }.limited(FULL_VOLTAGE);
         self.voltage = voltage.q;
-        let [a, b, c] = space_vector(voltage.unpark(angle)).map(Leg::Duty);
-        if self.reading.mirrored { [a, c, b] } else { [a, b, c] }
+        let [a, mut b, mut c] = space_vector(voltage.unpark(angle));
+        if self.reading.mirrored {
+            core::mem::swap(&mut b, &mut c);
+        }
+        self.power.legs = [Leg::Duty(a), Leg::Duty(b), Leg::Duty(c)];
     }
 
     /// A brushed motor between the legs A and B.
-    fn brushed_period(&mut self, current: i32) -> [Leg; 3] {
+    fn brushed_period(&mut self, current: i32) {
         let (current, sign) = if self.reading.mirrored { (-current, -1) } else { (current, 1) };
         self.measured.add(Dq { d: 0, q: current });
         if !self.is_driven() {
-            self.rest();
-            return [Leg::Open; 3];
+            return self.rest();
         }
         let gains = self.torque_gains();
         self.voltage = self.torque.step(gains, self.demand.q, current, FULL_VOLTAGE);
         let half = sign * self.voltage;
         let duty = |part: i32| Leg::Duty((FULL_VOLTAGE + part).clamp(0, 65_535) as u16);
-        [duty(half), duty(-half), Leg::Open]
+        self.power.legs = [duty(half), duty(-half), Leg::Open];
     }
 
-    /// Regulators without a bridge know nothing.
+    /// Whether the halls that commutate tell no angle.
+    fn is_lost(&self) -> bool {
+        self.sensors.sector.is_none() && self.uses_halls() && self.init.forced().is_none()
+    }
+
+    /// The bridge is off, and regulators without a bridge know nothing.
     fn rest(&mut self) {
+        self.power.legs = [Leg::Open; 3];
         self.voltage = 0;
         self.torque.reset();
         self.flux.reset();

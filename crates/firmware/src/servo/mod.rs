@@ -403,10 +403,10 @@ impl<B: Board> Module<B> {
         while self.servo.next <= until && !self.servo.is_asleep {
             let now = self.servo.next;
             self.board.set_time(now);
-            let senses = self.board.sense(SERVO_AXIS);
+            self.board.sense(SERVO_AXIS, &mut self.servo.senses);
             let number = now.as_ticks() / PERIOD_TICKS;
-            let power = self.servo.period(self.model.motion, senses, number);
-            self.board.drive(SERVO_AXIS, power);
+            self.servo.period(number);
+            self.board.drive(SERVO_AXIS, &self.servo.power);
             if number % PERIODS_PER_TICK == 0 {
                 let around = self.surroundings();
                 self.servo.tick(&around);
@@ -464,7 +464,7 @@ impl<B: Board> Module<B> {
             let reading = self.board.analog(Analog::Input(0));
             self.behave(Behaviour::at_start(stored, reading));
         }
-        self.servo.senses = self.board.sense(SERVO_AXIS);
+        self.board.sense(SERVO_AXIS, &mut self.servo.senses);
         let around = self.surroundings();
         self.servo.step_status(&around);
     }
