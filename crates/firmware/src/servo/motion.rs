@@ -40,9 +40,8 @@ impl Servo {
     /// Gives a torque, as a current in mA.
     pub(super) fn pull(&mut self, torque: i32) {
         if self.is_ready() && !self.is_open_loop() {
-            let limit = self.settings[Shared::MaxCurrent];
             self.set_mode(Mode::Torque);
-            self.target_torque = torque.clamp(-limit, limit);
+            self.target_torque = torque;
         }
     }
 

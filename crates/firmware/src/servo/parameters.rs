@@ -25,6 +25,7 @@ impl Servo {
             Shared::TargetVelocity => self.target_velocity,
             Shared::ActualVelocity => rounded(self.speed()),
             Shared::RampVelocity => rounded(self.speed_ramp.speed()),
+            Shared::TargetTorque if self.mode == Mode::Torque => self.target_torque,
             Shared::TargetTorque => self.demand.q.saturating_mul(self.current_unit()),
             Shared::ActualTorque => self.measured.mean.q,
             Shared::SupplyVoltage => around.supply,
