@@ -94,7 +94,7 @@ impl Shaft {
         }
     }
 
-    pub(super) fn time(&self, seconds: f64) -> ShaftSpan {
+    pub(super) fn span(&self, seconds: f64) -> ShaftSpan {
         ShaftSpan { inertia: 2.0 * self.inertia / seconds, seconds, way: seconds / RADIANS }
     }
 

@@ -48,6 +48,7 @@ impl State {
                 speed: 0.0,
                 bus: machine.supply.voltage,
                 bus_current: 0.0,
+                field: [0.0; 2],
             },
             inputs: Inputs {
                 legs: Legs::new(),
@@ -65,6 +66,7 @@ impl State {
             memory: setup.sensors.memory(start, start),
             sensed: 0,
         };
+        setup.plan.look_ahead(&mut state.dynamics);
         state.drive(setup, Power::default());
         state
     }
@@ -168,9 +170,10 @@ impl State {
                 }
             }
         }
-        // A fault or a wire that is off changes what the legs do.
+        // What follows from faults, wires that are off, position and speed.
         let legs = &mut self.inputs.legs;
         legs.drive(setup.plan.winding.wiring, legs.told);
+        setup.plan.look_ahead(&mut self.dynamics);
     }
 
     fn put(&mut self, setup: &Setup, position: f64) {

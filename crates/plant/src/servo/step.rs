@@ -47,7 +47,10 @@ pub(super) struct Plan {
 /// What follows from the length of a span.
 #[derive(Clone, Copy, Debug)]
 struct Span {
-    time: ShaftSpan,
+    seconds: f64,
+    /// Fine steps in half of it at 1 rad/s.
+    half: f64,
+    shaft: ShaftSpan,
     winding: Decay,
     supply: SupplySpan,
 }
@@ -65,6 +68,9 @@ pub(super) struct Dynamics {
     pub(super) bus: f64,
     /// Mean current out of the bus in the last span in ampere.
     pub(super) bus_current: f64,
+    /// Direction of the EMF in the middle of a control period that begins now. It is found at the end of a step and
+    /// not at the beginning of the next one, so that the processor has it ready then.
+    pub(super) field: Vector,
 }
 
 /// What acts on it in a span.
@@ -131,47 +137,49 @@ impl Plan {
 
     /// Goes on by one control period.
     pub(super) fn period(&self, now: &mut Dynamics, inputs: &Inputs) -> f64 {
-        self.pass(now, inputs, PERIOD_SECONDS, &self.period)
+        self.pass(now, inputs, &self.period)
     }
 
     /// Goes on by a part of a control period. Gives the integral of the square of the current.
     pub(super) fn part(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64) -> f64 {
-        self.pass(now, inputs, seconds, &self.span(seconds))
+        self.pass(now, inputs, &self.span(seconds))
     }
 
     #[inline(always)]
-    fn pass(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64, span: &Span) -> f64 {
-        let Some(duty) = inputs.legs.driven else {
-            return self.pass_with_diodes(now, inputs, seconds, span);
+    fn pass(&self, now: &mut Dynamics, inputs: &Inputs, span: &Span) -> f64 {
+        let field = self.field(now, span);
+        let emf = self.winding.emf * now.speed;
+        let Some(path) = inputs.legs.path(now.current, field, emf, now.bus) else {
+            return self.pass_with_diodes(now, inputs, span);
         };
-        let (field, _) = self.field(now, seconds);
-        let path = Path { duty, field, current: now.current };
         let solved = self.solve(now, inputs, span, &path);
         *now = solved.next;
-        solved.square * seconds
+        self.look_ahead(now);
+        solved.square * span.seconds
+    }
+
+    /// To be done when position or speed has been changed.
+    #[inline(always)]
+    pub(super) fn look_ahead(&self, now: &mut Dynamics) {
+        now.field = self.direction_ahead(now, self.period.half);
     }
 
     /// Diodes let go when their current ends, which divides the span.
     #[inline(never)]
-    fn pass_with_diodes(
-        &self,
-        now: &mut Dynamics,
-        inputs: &Inputs,
-        seconds: f64,
-        whole: &Span,
-    ) -> f64 {
+    fn pass_with_diodes(&self, now: &mut Dynamics, inputs: &Inputs, whole: &Span) -> f64 {
         /// There are three diodes that can end and begin; the bound is for what nobody has thought of.
         const ENDS: usize = 8;
         let mut squares = 0.0;
-        let mut left = seconds;
+        let mut left = whole.seconds;
         let mut refused = [false; 3];
         let mut rest = None;
         for _ in 0..ENDS {
             let span = rest.as_ref().unwrap_or(whole);
-            let connection = self.connect(now, inputs, self.field(now, left), refused);
+            let connection = self.connect(now, inputs, span, refused);
             let solved = self.solve(now, inputs, span, &connection.path);
             let Some((leg, part)) = self.diode_end(&connection, &solved.next, span) else {
                 *now = solved.next;
+                self.look_ahead(now);
                 return squares + solved.square * left;
             };
             if part <= 0.0 {
@@ -181,10 +189,11 @@ impl Plan {
             }
             let until = left * part.min(1.0);
             let span = self.span(until);
-            let connection = self.connect(now, inputs, self.field(now, until), refused);
+            let connection = self.connect(now, inputs, &span, refused);
             let solved = self.solve(now, inputs, &span, &connection.path);
             *now = solved.next;
             now.current = self.winding.wiring.without(leg, now.current);
+            self.look_ahead(now);
             squares += solved.square * until;
             left -= until;
             refused[leg] = true;
@@ -221,18 +230,26 @@ impl Plan {
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Direction of the EMF in the middle of a span, and its amplitude in volt.
+    /// Direction of the EMF in the middle of a span.
     #[inline(always)]
-    fn field(&self, now: &Dynamics, seconds: f64) -> (Vector, f64) {
-        let emf = self.winding.emf * now.speed;
-        if self.winding.wiring == Wiring::Single {
-            return ([1.0, 0.0], emf);
+    fn field(&self, now: &Dynamics, span: &Span) -> Vector {
+        if span.seconds == PERIOD_SECONDS {
+            now.field
+        } else {
+            self.direction_ahead(now, span.half)
         }
-        let middle = now.position + now.speed * (seconds / 2.0 / RADIANS);
-        (self.direction(middle), emf)
     }
 
-    /// Direction of the EMF at a position.
+    /// Direction of the EMF after a way in fine steps per rad/s.
+    #[inline(always)]
+    fn direction_ahead(&self, now: &Dynamics, way: f64) -> Vector {
+        match self.winding.wiring {
+            Wiring::Star => self.direction(now.position + now.speed * way),
+            Wiring::Single => [1.0, 0.0],
+        }
+    }
+
+    /// Direction of the EMF of a motor with three phases at a position.
     #[inline(always)]
     pub(super) fn direction(&self, position: f64) -> Vector {
         let (sine, cosine) = libm::sincos(TAU * fraction(position * self.winding.turns));
@@ -247,9 +264,10 @@ impl Plan {
         &self,
         now: &Dynamics,
         inputs: &Inputs,
-        field: (Vector, f64),
+        span: &Span,
         refused: [bool; 3],
     ) -> Connection {
+        let field = (self.field(now, span), self.winding.emf * now.speed);
         inputs.legs.connect(self.winding.wiring, now.current, field, now.bus, refused)
     }
 
@@ -301,7 +319,7 @@ impl Plan {
             let mut acting = self.shaft.acting(&self.machine, now.position, inputs.external);
             acting.torque += torque;
             let at = (now.position, now.speed);
-            self.shaft.motion(at, acting, drag, inputs.friction, &span.time)
+            self.shaft.motion(at, acting, drag, inputs.friction, &span.shaft)
         };
 
         let bus = still + slope * motion.mean;
@@ -317,6 +335,7 @@ impl Plan {
             speed: motion.speed,
             bus: supply.end(now.bus, push - bus_current).max(0.0),
             bus_current,
+            field: now.field,
         };
         Solved { next, square: dot(mean, mean) + dot(change, change) * (1.0 / 12.0), bus }
     }
@@ -329,7 +348,9 @@ fn or_none(current: f64) -> f64 {
 impl Span {
     fn new(winding: &Winding, shaft: &Shaft, machine: &Machine, seconds: f64) -> Self {
         Self {
-            time: shaft.time(seconds),
+            seconds,
+            half: seconds / 2.0 / RADIANS,
+            shaft: shaft.span(seconds),
             winding: Decay::new(winding.resistance, winding.inductance, seconds),
             supply: machine.supply.span(seconds),
         }
