@@ -115,7 +115,7 @@ impl Shaft {
         };
         if self.cogging.torque != 0.0 {
             let periods = position / TURN * f64::from(self.cogging.per_turn);
-            let (sine, cosine) = libm::sincos(TAU * fraction(periods));
+            let (sine, cosine) = sine_cosine(periods);
             let steepest = self.cogging.torque * f64::from(self.cogging.per_turn);
             acting.torque -= self.cogging.torque * sine;
             acting.stiffness += (steepest * cosine).max(0.0);
@@ -177,9 +177,21 @@ pub(super) fn floor(number: f64) -> i64 {
     if (whole as f64) > number { whole.saturating_sub(1) } else { whole }
 }
 
-/// What is left beyond the nearest whole number, -0.5..=0.5, of a number within ±2^51.
-pub(super) fn fraction(number: f64) -> f64 {
+/// What is left beyond the nearest whole number, -0.5..=0.5, of a number within ±2^51; and the lowest bits of that
+/// whole number.
+#[inline(always)]
+fn nearest(number: f64) -> (f64, u64) {
     // Numbers of this size have no places behind the point.
     const WHOLE: f64 = 6_755_399_441_055_744.0;
-    number - ((number + WHOLE) - WHOLE)
+    let shifted = number + WHOLE;
+    (number - (shifted - WHOLE), shifted.to_bits())
+}
+
+/// Sine and cosine of an angle in turns.
+#[inline(always)]
+pub(super) fn sine_cosine(turns: f64) -> (f64, f64) {
+    let (left, quarters) = nearest(4.0 * turns);
+    let (sine, cosine) = libm::sincos(left * (TAU / 4.0));
+    let (sine, cosine) = if quarters & 1 == 0 { (sine, cosine) } else { (cosine, -sine) };
+    if quarters & 2 == 0 { (sine, cosine) } else { (-sine, -cosine) }
 }

@@ -5,11 +5,9 @@
 //! solved for together: what the winding takes from the bus is what the bus loses, and what the EMF takes from the
 //! winding is what the rotor gets. So energy is kept, and no span, inductance, inertia or capacitance is too small.
 
-use core::f64::consts::TAU;
-
 use super::bridge::{Connection, Legs, Path, Vector, Wiring, dot};
 use super::decay::Decay;
-use super::mechanics::{Motion, RADIANS, Shaft, ShaftSpan, TURN, fraction};
+use super::mechanics::{Motion, RADIANS, Shaft, ShaftSpan, TURN, sine_cosine};
 use super::motor::Motor;
 use super::supply::SupplySpan;
 use super::thermal::Heat;
@@ -92,8 +90,6 @@ struct Solved {
     next: Dynamics,
     /// Mean square of the current.
     square: f64,
-    /// Mean bus voltage.
-    bus: f64,
 }
 
 impl Plan {
@@ -252,7 +248,7 @@ impl Plan {
     /// Direction of the EMF of a motor with three phases at a position.
     #[inline(always)]
     pub(super) fn direction(&self, position: f64) -> Vector {
-        let (sine, cosine) = libm::sincos(TAU * fraction(position * self.winding.turns));
+        let (sine, cosine) = sine_cosine(position * self.winding.turns);
         [-sine, cosine]
     }
 
@@ -274,73 +270,93 @@ impl Plan {
     #[inline(always)]
     fn solve(&self, now: &Dynamics, inputs: &Inputs, span: &Span, path: &Path) -> Solved {
         let mut with_source = now.bus <= inputs.source;
-        loop {
-            let solved = self.solve_with(now, inputs, span, path, with_source);
-            if !with_source || solved.bus <= inputs.source {
-                return solved;
-            }
+        let (mut motion, mut bus) = self.means(now, inputs, span, path, with_source);
+        if with_source && bus > inputs.source {
             // The diode keeps power from flowing into the source.
             with_source = false;
+            (motion, bus) = self.means_without_source(now, inputs, span, path);
         }
-    }
-
-    /// The solution with or without the source.
-    #[inline(always)]
-    fn solve_with(
-        &self,
-        now: &Dynamics,
-        inputs: &Inputs,
-        span: &Span,
-        path: &Path,
-        with_source: bool,
-    ) -> Solved {
         let Winding { emf, scale, .. } = self.winding;
         let Path { duty, field, current } = *path;
         let winding = &span.winding;
-        let supply = span.supply.decay(with_source, inputs.chopper);
-        let push = if with_source { inputs.source * self.source_conductance } else { 0.0 };
-
-        // Mean bus voltage = still + slope * mean speed.
-        let along = dot(duty, field);
-        let feedback = supply.mean_gain * scale * winding.mean_gain;
-        let divisor = 1.0 / (1.0 + feedback * dot(duty, duty));
-        let drawn = scale * winding.mean_keep * dot(current, duty);
-        let still = supply.mean(now.bus, push - drawn) * divisor;
-        let slope = feedback * emf * along * divisor;
-
-        // Torque of the motor = torque - drag * mean speed.
-        let constant = scale * emf;
-        let torque = constant
-            * (winding.mean_keep * dot(current, field) + winding.mean_gain * still * along);
-        let drag = constant * winding.mean_gain * (emf * dot(field, field) - slope * along);
-        let motion = if inputs.blocked {
-            Motion { mean: 0.0, speed: 0.0, position: now.position }
-        } else {
-            let mut acting = self.shaft.acting(&self.machine, now.position, inputs.external);
-            acting.torque += torque;
-            let at = (now.position, now.speed);
-            self.shaft.motion(at, acting, drag, inputs.friction, &span.shaft)
-        };
-
-        let bus = still + slope * motion.mean;
         let lost = emf * motion.mean;
         let volts = [duty[0] * bus - field[0] * lost, duty[1] * bus - field[1] * lost];
         let mean = [winding.mean(current[0], volts[0]), winding.mean(current[1], volts[1])];
         let end = [winding.end(current[0], volts[0]), winding.end(current[1], volts[1])];
         let bus_current = scale * dot(duty, mean);
         let change = [end[0] - current[0], end[1] - current[1]];
+        let supply = span.supply.decay(with_source, inputs.chopper);
+        let push = self.push(inputs, with_source) - bus_current;
         let next = Dynamics {
             current: [or_none(end[0]), or_none(end[1])],
             position: motion.position,
             speed: motion.speed,
-            bus: supply.end(now.bus, push - bus_current).max(0.0),
+            bus: supply.end(now.bus, push).max(0.0),
             bus_current,
             field: now.field,
         };
-        Solved { next, square: dot(mean, mean) + dot(change, change) * (1.0 / 12.0), bus }
+        Solved { next, square: dot(mean, mean) + dot(change, change) * (1.0 / 12.0) }
+    }
+
+    /// What the source pushes into the bus, in ampere at 0 V.
+    #[inline(always)]
+    fn push(&self, inputs: &Inputs, with_source: bool) -> f64 {
+        if with_source { inputs.source * self.source_conductance } else { 0.0 }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn means_without_source(
+        &self,
+        now: &Dynamics,
+        inputs: &Inputs,
+        span: &Span,
+        path: &Path,
+    ) -> (Motion, f64) {
+        self.means(now, inputs, span, path, false)
+    }
+
+    /// Motion of the rotor and mean bus voltage, with or without the source.
+    #[inline(always)]
+    fn means(
+        &self,
+        now: &Dynamics,
+        inputs: &Inputs,
+        span: &Span,
+        path: &Path,
+        with_source: bool,
+    ) -> (Motion, f64) {
+        let Winding { emf, scale, .. } = self.winding;
+        let Path { duty, field, current } = *path;
+        let winding = &span.winding;
+        let supply = span.supply.decay(with_source, inputs.chopper);
+
+        // Mean bus voltage = still + slope * mean speed.
+        let along = dot(duty, field);
+        let feedback = supply.mean_gain * scale * winding.mean_gain;
+        let divisor = 1.0 / (1.0 + feedback * dot(duty, duty));
+        let drawn = scale * winding.mean_keep * dot(current, duty);
+        let push = self.push(inputs, with_source) - drawn;
+        let still = supply.mean(now.bus, push) * divisor;
+        let slope = feedback * emf * along * divisor;
+        if inputs.blocked {
+            return (Motion { mean: 0.0, speed: 0.0, position: now.position }, still);
+        }
+
+        // Torque of the motor = torque - drag * mean speed.
+        let constant = scale * emf;
+        let torque = constant
+            * (winding.mean_keep * dot(current, field) + winding.mean_gain * still * along);
+        let drag = constant * winding.mean_gain * (emf * dot(field, field) - slope * along);
+        let mut acting = self.shaft.acting(&self.machine, now.position, inputs.external);
+        acting.torque += torque;
+        let at = (now.position, now.speed);
+        let motion = self.shaft.motion(at, acting, drag, inputs.friction, &span.shaft);
+        (motion, still + slope * motion.mean)
     }
 }
 
+#[inline(always)]
 fn or_none(current: f64) -> f64 {
     if current.abs() < NO_CURRENT { 0.0 } else { current }
 }
