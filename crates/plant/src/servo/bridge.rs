@@ -89,9 +89,14 @@ pub(super) struct Path {
     pub(super) duty: Vector,
     /// Vector of the EMF per volt of its amplitude, as far as it can drive a current.
     pub(super) field: Vector,
+    /// Square of its length.
+    pub(super) square: f64,
     /// Current as far as it can flow.
     pub(super) current: Vector,
 }
+
+/// No way for a current.
+const NOWHERE: Path = Path { duty: [0.0; 2], field: [0.0; 2], square: 0.0, current: [0.0; 2] };
 
 /// What is connected with the bus in a span of time.
 #[derive(Clone, Copy, Debug)]
@@ -208,7 +213,7 @@ impl Legs {
     #[inline(always)]
     pub(super) fn path(&self, current: Vector, field: Vector, emf: f64, bus: f64) -> Option<Path> {
         match &self.usual {
-            Usual::All(duty) => Some(Path { duty: *duty, field, current }),
+            Usual::All(duty) => Some(Path { duty: *duty, field, square: 1.0, current }),
             Usual::Two { way, duty, middle, floating } => {
                 let volts = middle * bus + 1.5 * emf * dot(*floating, field);
                 if dot(*floating, current).abs() > IDLE || volts < 0.0 || volts > bus {
@@ -218,12 +223,13 @@ impl Legs {
                 Some(Path {
                     duty: *duty,
                     field: [way[0] * part, way[1] * part],
+                    square: part * part,
                     current: [way[0] * flow, way[1] * flow],
                 })
             }
             // The EMF between two terminals is below twice that of one.
             Usual::Open if current == [0.0; 2] && 2.0 * emf.abs() < bus => {
-                Some(Path { duty: [0.0; 2], field: [0.0; 2], current })
+                Some(Path { current, ..NOWHERE })
             }
             Usual::Open | Usual::Other => None,
         }
@@ -339,17 +345,20 @@ impl Ends {
             let way = [(from[0] - to[0]) / SQRT_3, (from[1] - to[1]) / SQRT_3];
             let along = |vector: Vector| [way[0] * dot(way, vector), way[1] * dot(way, vector)];
             let duty = [way[0] * between / SQRT_3, way[1] * between / SQRT_3];
-            Path { duty, field: along(field), current: along(current) }
+            let part = dot(way, field);
+            Path { duty, field: along(field), square: part * part, current: along(current) }
         };
         let path = match (wiring, self.levels) {
             (Wiring::Star, [Some(a), Some(b), Some(c)]) => {
-                Path { duty: star(a, b, c), field, current }
+                Path { duty: star(a, b, c), field, square: 1.0, current }
             }
             (Wiring::Star, [Some(a), Some(b), None]) => pair(0, 1, a - b),
             (Wiring::Star, [None, Some(b), Some(c)]) => pair(1, 2, b - c),
             (Wiring::Star, [Some(a), None, Some(c)]) => pair(2, 0, c - a),
-            (Wiring::Single, [Some(a), Some(b), _]) => Path { duty: [a - b, 0.0], field, current },
-            _ => Path { duty: [0.0; 2], field: [0.0; 2], current: [0.0; 2] },
+            (Wiring::Single, [Some(a), Some(b), _]) => {
+                Path { duty: [a - b, 0.0], field, square: 1.0, current }
+            }
+            _ => NOWHERE,
         };
         Connection { path, diodes: self.diodes }
     }

@@ -149,15 +149,15 @@ impl Shaft {
         let inertia = span.inertia;
         let torque = acting.torque - friction.copysign(direction);
         let drag = drag + self.viscous + acting.stiffness * (span.seconds / 2.0);
-        let mut mean = (inertia * speed + torque) / (inertia + drag);
+        // The divisor is known early, the torque is not.
+        let mut mean = (inertia * speed + torque) * (1.0 / (inertia + drag));
         let mut after = 2.0 * mean - speed;
         if friction > 0.0 && speed * after < 0.0 {
             mean = speed / 2.0 * (speed / (speed - after));
             after = 0.0;
         }
-        after = after.clamp(-LARGEST_SPEED, LARGEST_SPEED);
-        if after.abs() < STANDSTILL {
-            after = 0.0;
+        if !(STANDSTILL..LARGEST_SPEED).contains(&after.abs()) {
+            after = sane(after);
         }
         let reached = position + mean * span.way;
         let (lowest, highest) = self.limits;
@@ -169,6 +169,13 @@ impl Shaft {
         }
         Motion { mean, speed: after, position: reached }
     }
+}
+
+/// A speed that is too low to be one, or too high.
+#[cold]
+#[inline(never)]
+fn sane(speed: f64) -> f64 {
+    if speed.abs() < STANDSTILL { 0.0 } else { speed.clamp(-LARGEST_SPEED, LARGEST_SPEED) }
 }
 
 /// Whole part towards negative infinity, for numbers within the range of an i64.
@@ -193,5 +200,7 @@ pub(super) fn sine_cosine(turns: f64) -> (f64, f64) {
     let (left, quarters) = nearest(4.0 * turns);
     let (sine, cosine) = libm::sincos(left * (TAU / 4.0));
     let (sine, cosine) = if quarters & 1 == 0 { (sine, cosine) } else { (cosine, -sine) };
-    if quarters & 2 == 0 { (sine, cosine) } else { (-sine, -cosine) }
+    // Minus one in the second half of the turn; both products are one operation of the processor.
+    let sign = f64::from_bits(1f64.to_bits() | (quarters & 2) << 62);
+    (sine * sign, cosine * sign)
 }

@@ -2,8 +2,8 @@
 //!
 //! In a span, the duties are constant, and the rotor's angle is that of its middle. Winding and capacitor follow their
 //! exponentials. The mean current, the mean speed and the mean bus voltage depend on each other, linearly, and are
-//! solved for together: what the winding takes from the bus is what the bus loses, and what the EMF takes from the
-//! winding is what the rotor gets. So energy is kept, and no span, inductance, inertia or capacitance is too small.
+//! solved for together: what the EMF takes from the winding is what the rotor gets, and what the winding takes from the
+//! bus is what the bus loses. So energy is kept, and no span, inductance, inertia or capacitance is too small.
 
 use super::bridge::{Connection, Legs, Path, Vector, Wiring, dot};
 use super::decay::Decay;
@@ -277,7 +277,7 @@ impl Plan {
             (motion, bus) = self.means_without_source(now, inputs, span, path);
         }
         let Winding { emf, scale, .. } = self.winding;
-        let Path { duty, field, current } = *path;
+        let Path { duty, field, current, .. } = *path;
         let winding = &span.winding;
         let lost = emf * motion.mean;
         let volts = [duty[0] * bus - field[0] * lost, duty[1] * bus - field[1] * lost];
@@ -327,32 +327,30 @@ impl Plan {
         with_source: bool,
     ) -> (Motion, f64) {
         let Winding { emf, scale, .. } = self.winding;
-        let Path { duty, field, current } = *path;
+        let Path { duty, field, current, square } = *path;
         let winding = &span.winding;
         let supply = span.supply.decay(with_source, inputs.chopper);
 
-        // Mean bus voltage = still + slope * mean speed.
+        // The bus feels the EMF of the speed that the rotor has now, the rotor feels that bus.
         let along = dot(duty, field);
         let feedback = supply.mean_gain * scale * winding.mean_gain;
         let divisor = 1.0 / (1.0 + feedback * dot(duty, duty));
         let drawn = scale * winding.mean_keep * dot(current, duty);
         let push = self.push(inputs, with_source) - drawn;
-        let still = supply.mean(now.bus, push) * divisor;
-        let slope = feedback * emf * along * divisor;
+        let bus = (supply.mean(now.bus, push) + feedback * emf * now.speed * along) * divisor;
         if inputs.blocked {
-            return (Motion { mean: 0.0, speed: 0.0, position: now.position }, still);
+            return (Motion { mean: 0.0, speed: 0.0, position: now.position }, bus);
         }
 
         // Torque of the motor = torque - drag * mean speed.
         let constant = scale * emf;
-        let torque = constant
-            * (winding.mean_keep * dot(current, field) + winding.mean_gain * still * along);
-        let drag = constant * winding.mean_gain * (emf * dot(field, field) - slope * along);
+        let torque =
+            constant * (winding.mean_keep * dot(current, field) + winding.mean_gain * bus * along);
+        let drag = constant * winding.mean_gain * emf * square;
         let mut acting = self.shaft.acting(&self.machine, now.position, inputs.external);
         acting.torque += torque;
         let at = (now.position, now.speed);
-        let motion = self.shaft.motion(at, acting, drag, inputs.friction, &span.shaft);
-        (motion, still + slope * motion.mean)
+        (self.shaft.motion(at, acting, drag, inputs.friction, &span.shaft), bus)
     }
 }
 
