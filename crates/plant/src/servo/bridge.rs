@@ -57,8 +57,29 @@ pub(super) struct Legs {
     pub(super) fault: bool,
     /// Which wires of the motor are off.
     pub(super) cut: [bool; 3],
-    /// Voltage vector per volt of the bus, if all legs of the motor are driven.
-    pub(super) driven: Option<Vector>,
+    usual: Usual,
+}
+
+/// How currents flow while no diode conducts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Usual {
+    /// All legs of the motor are driven: voltage vector per volt of the bus.
+    All(Vector),
+    /// Two of three are driven.
+    Two {
+        /// Direction of the current.
+        way: Vector,
+        /// Voltage vector per volt of the bus.
+        duty: Vector,
+        /// Voltage per volt of the bus in the middle between them.
+        middle: f64,
+        /// Axis of the leg that floats.
+        floating: Vector,
+    },
+    /// None is driven.
+    Open,
+    /// Something else.
+    Other,
 }
 
 /// How currents can flow in a span of time.
@@ -68,9 +89,14 @@ pub(super) struct Path {
     pub(super) duty: Vector,
     /// Vector of the EMF per volt of its amplitude, as far as it can drive a current.
     pub(super) field: Vector,
+    /// Square of its length.
+    pub(super) square: f64,
     /// Current as far as it can flow.
     pub(super) current: Vector,
 }
+
+/// No way for a current.
+const NOWHERE: Path = Path { duty: [0.0; 2], field: [0.0; 2], square: 0.0, current: [0.0; 2] };
 
 /// What is connected with the bus in a span of time.
 #[derive(Clone, Copy, Debug)]
@@ -136,10 +162,26 @@ impl Wiring {
     }
 }
 
+impl Usual {
+    /// Legs with these duties on both sides of the one that floats, in the order of phases.
+    fn two(from: u16, to: u16, floating: usize) -> Self {
+        let floating = PHASES[floating];
+        // At right angles to the axis of the floating one.
+        let way = [-floating[1], floating[0]];
+        let between = f64::from(i32::from(from) - i32::from(to)) / (65535.0 * SQRT_3);
+        Self::Two {
+            way,
+            duty: [way[0] * between, way[1] * between],
+            middle: f64::from(u32::from(from) + u32::from(to)) / (2.0 * 65535.0),
+            floating,
+        }
+    }
+}
+
 impl Legs {
     /// All legs open, all wires on.
     pub(super) fn new() -> Self {
-        Self { told: [Leg::Open; 3], fault: false, cut: [false; 3], driven: None }
+        Self { told: [Leg::Open; 3], fault: false, cut: [false; 3], usual: Usual::Open }
     }
 
     /// Drives them like this.
@@ -147,18 +189,50 @@ impl Legs {
     pub(super) fn drive(&mut self, wiring: Wiring, told: [Leg; 3]) {
         const PART: f64 = 1.0 / 65535.0;
         self.told = told;
-        self.driven = match (wiring, told) {
-            _ if self.fault || self.cut != [false; 3] => None,
+        self.usual = match (wiring, told) {
+            _ if self.fault || self.cut != [false; 3] => Usual::Other,
             (Wiring::Star, [Leg::Duty(a), Leg::Duty(b), Leg::Duty(c)]) => {
                 let [a, b, c] = [i32::from(a), i32::from(b), i32::from(c)];
                 let (along, across) = (f64::from(2 * a - b - c), f64::from(b - c));
-                Some([along * (PART / 3.0), across * (PART / SQRT_3)])
+                Usual::All([along * (PART / 3.0), across * (PART / SQRT_3)])
             }
+            (Wiring::Star, [Leg::Duty(a), Leg::Duty(b), Leg::Open]) => Usual::two(a, b, 2),
+            (Wiring::Star, [Leg::Open, Leg::Duty(b), Leg::Duty(c)]) => Usual::two(b, c, 0),
+            (Wiring::Star, [Leg::Duty(a), Leg::Open, Leg::Duty(c)]) => Usual::two(c, a, 1),
+            (Wiring::Star, [Leg::Open, Leg::Open, Leg::Open]) => Usual::Open,
             (Wiring::Single, [Leg::Duty(a), Leg::Duty(b), _]) => {
-                Some([f64::from(i32::from(a) - i32::from(b)) * PART, 0.0])
+                Usual::All([f64::from(i32::from(a) - i32::from(b)) * PART, 0.0])
             }
-            _ => None,
+            (Wiring::Single, [Leg::Open, Leg::Open, _]) => Usual::Open,
+            _ => Usual::Other,
         };
+    }
+
+    /// How currents flow with this current (ampere), direction of the EMF, amplitude of it (volt) and bus voltage; none
+    /// if a diode may conduct.
+    #[inline(always)]
+    pub(super) fn path(&self, current: Vector, field: Vector, emf: f64, bus: f64) -> Option<Path> {
+        match &self.usual {
+            Usual::All(duty) => Some(Path { duty: *duty, field, square: 1.0, current }),
+            Usual::Two { way, duty, middle, floating } => {
+                let volts = middle * bus + 1.5 * emf * dot(*floating, field);
+                if dot(*floating, current).abs() > IDLE || volts < 0.0 || volts > bus {
+                    return None;
+                }
+                let (flow, part) = (dot(*way, current), dot(*way, field));
+                Some(Path {
+                    duty: *duty,
+                    field: [way[0] * part, way[1] * part],
+                    square: part * part,
+                    current: [way[0] * flow, way[1] * flow],
+                })
+            }
+            // The EMF between two terminals is below twice that of one.
+            Usual::Open if current == [0.0; 2] && 2.0 * emf.abs() < bus => {
+                Some(Path { current, ..NOWHERE })
+            }
+            Usual::Open | Usual::Other => None,
+        }
     }
 
     fn terminal(&self, wiring: Wiring, leg: usize) -> Terminal {
@@ -271,17 +345,20 @@ impl Ends {
             let way = [(from[0] - to[0]) / SQRT_3, (from[1] - to[1]) / SQRT_3];
             let along = |vector: Vector| [way[0] * dot(way, vector), way[1] * dot(way, vector)];
             let duty = [way[0] * between / SQRT_3, way[1] * between / SQRT_3];
-            Path { duty, field: along(field), current: along(current) }
+            let part = dot(way, field);
+            Path { duty, field: along(field), square: part * part, current: along(current) }
         };
         let path = match (wiring, self.levels) {
             (Wiring::Star, [Some(a), Some(b), Some(c)]) => {
-                Path { duty: star(a, b, c), field, current }
+                Path { duty: star(a, b, c), field, square: 1.0, current }
             }
             (Wiring::Star, [Some(a), Some(b), None]) => pair(0, 1, a - b),
             (Wiring::Star, [None, Some(b), Some(c)]) => pair(1, 2, b - c),
             (Wiring::Star, [Some(a), None, Some(c)]) => pair(2, 0, c - a),
-            (Wiring::Single, [Some(a), Some(b), _]) => Path { duty: [a - b, 0.0], field, current },
-            _ => Path { duty: [0.0; 2], field: [0.0; 2], current: [0.0; 2] },
+            (Wiring::Single, [Some(a), Some(b), _]) => {
+                Path { duty: [a - b, 0.0], field, square: 1.0, current }
+            }
+            _ => NOWHERE,
         };
         Connection { path, diodes: self.diodes }
     }

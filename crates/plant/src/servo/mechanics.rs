@@ -94,7 +94,7 @@ impl Shaft {
         }
     }
 
-    pub(super) fn time(&self, seconds: f64) -> ShaftSpan {
+    pub(super) fn span(&self, seconds: f64) -> ShaftSpan {
         ShaftSpan { inertia: 2.0 * self.inertia / seconds, seconds, way: seconds / RADIANS }
     }
 
@@ -115,7 +115,7 @@ impl Shaft {
         };
         if self.cogging.torque != 0.0 {
             let periods = position / TURN * f64::from(self.cogging.per_turn);
-            let (sine, cosine) = libm::sincos(TAU * fraction(periods));
+            let (sine, cosine) = sine_cosine(periods);
             let steepest = self.cogging.torque * f64::from(self.cogging.per_turn);
             acting.torque -= self.cogging.torque * sine;
             acting.stiffness += (steepest * cosine).max(0.0);
@@ -149,15 +149,15 @@ impl Shaft {
         let inertia = span.inertia;
         let torque = acting.torque - friction.copysign(direction);
         let drag = drag + self.viscous + acting.stiffness * (span.seconds / 2.0);
-        let mut mean = (inertia * speed + torque) / (inertia + drag);
+        // The divisor is known early, the torque is not.
+        let mut mean = (inertia * speed + torque) * (1.0 / (inertia + drag));
         let mut after = 2.0 * mean - speed;
         if friction > 0.0 && speed * after < 0.0 {
             mean = speed / 2.0 * (speed / (speed - after));
             after = 0.0;
         }
-        after = after.clamp(-LARGEST_SPEED, LARGEST_SPEED);
-        if after.abs() < STANDSTILL {
-            after = 0.0;
+        if !(STANDSTILL..LARGEST_SPEED).contains(&after.abs()) {
+            after = sane(after);
         }
         let reached = position + mean * span.way;
         let (lowest, highest) = self.limits;
@@ -171,15 +171,36 @@ impl Shaft {
     }
 }
 
+/// A speed that is too low to be one, or too high.
+#[cold]
+#[inline(never)]
+fn sane(speed: f64) -> f64 {
+    if speed.abs() < STANDSTILL { 0.0 } else { speed.clamp(-LARGEST_SPEED, LARGEST_SPEED) }
+}
+
 /// Whole part towards negative infinity, for numbers within the range of an i64.
 pub(super) fn floor(number: f64) -> i64 {
     let whole = number as i64;
     if (whole as f64) > number { whole.saturating_sub(1) } else { whole }
 }
 
-/// What is left beyond the nearest whole number, -0.5..=0.5, of a number within ±2^51.
-pub(super) fn fraction(number: f64) -> f64 {
+/// What is left beyond the nearest whole number, -0.5..=0.5, of a number within ±2^51; and the lowest bits of that
+/// whole number.
+#[inline(always)]
+fn nearest(number: f64) -> (f64, u64) {
     // Numbers of this size have no places behind the point.
     const WHOLE: f64 = 6_755_399_441_055_744.0;
-    number - ((number + WHOLE) - WHOLE)
+    let shifted = number + WHOLE;
+    (number - (shifted - WHOLE), shifted.to_bits())
+}
+
+/// Sine and cosine of an angle in turns.
+#[inline(always)]
+pub(super) fn sine_cosine(turns: f64) -> (f64, f64) {
+    let (left, quarters) = nearest(4.0 * turns);
+    let (sine, cosine) = libm::sincos(left * (TAU / 4.0));
+    let (sine, cosine) = if quarters & 1 == 0 { (sine, cosine) } else { (cosine, -sine) };
+    // Minus one in the second half of the turn; both products are one operation of the processor.
+    let sign = f64::from_bits(1f64.to_bits() | (quarters & 2) << 62);
+    (sine * sign, cosine * sign)
 }

@@ -4,7 +4,7 @@ use opentmcl_motion::servo::{PERIOD_TICKS, Power, Senses};
 
 use super::bridge::Legs;
 use super::sensing::count;
-use super::sensors::{LineFault, Memory};
+use super::sensors::{Faults, Memory};
 use super::step::{Dynamics, Inputs};
 use super::thermal::Temperatures;
 use super::{Influence, SECONDS_PER_TICK, Setup, WINDOW_TICKS};
@@ -26,7 +26,7 @@ pub(super) struct State {
     contacts: [Contact; 3],
     has_switches: bool,
     temperatures: Temperatures,
-    hall_faults: [LineFault; 3],
+    faults: Faults,
     memory: Memory,
     /// When the sensors were asked last, in ticks.
     sensed: u64,
@@ -48,6 +48,7 @@ impl State {
                 speed: 0.0,
                 bus: machine.supply.voltage,
                 bus_current: 0.0,
+                field: [0.0; 2],
             },
             inputs: Inputs {
                 legs: Legs::new(),
@@ -61,10 +62,11 @@ impl State {
             contacts: all.map(contact),
             has_switches: all.iter().any(Option::is_some),
             temperatures: Temperatures::new(machine.thermal.ambient),
-            hall_faults: [LineFault::None; 3],
+            faults: Faults::default(),
             memory: setup.sensors.memory(start, start),
             sensed: 0,
         };
+        setup.plan.look_ahead(&mut state.dynamics);
         state.drive(setup, Power::default());
         state
     }
@@ -96,8 +98,13 @@ impl State {
     #[inline(always)]
     fn follow(&mut self, setup: &Setup) {
         let stage = &setup.plan.machine.stage;
-        let (rotor, play) = (self.dynamics.position, stage.backlash / 2.0);
-        self.stage = self.stage.max(rotor - play).min(rotor + play);
+        let rotor = self.dynamics.position;
+        self.stage = if stage.backlash == 0.0 {
+            rotor
+        } else {
+            let play = stage.backlash / 2.0;
+            self.stage.max(rotor - play).min(rotor + play)
+        };
         if self.has_switches {
             for contact in &mut self.contacts {
                 contact.pass(self.stage, stage.circle, self.now);
@@ -116,7 +123,7 @@ impl State {
         };
         let ticks = self.now - self.sensed;
         let at = (self.dynamics.position, self.stage);
-        setup.sensors.read(&mut self.memory, at, self.hall_faults, ticks, &mut senses);
+        setup.sensors.read(&mut self.memory, at, self.faults, ticks, &mut senses);
         self.sensed = self.now;
         senses
     }
@@ -156,11 +163,7 @@ impl State {
                 }
             }
             Influence::Position(fine_steps) => self.put(setup, fine_steps),
-            Influence::HallLine(line, fault) => {
-                if let Some(line) = self.hall_faults.get_mut(usize::from(line)) {
-                    *line = fault;
-                }
-            }
+            Influence::HallLine(line, fault) => self.faults.set(line, fault),
             Influence::DriverFault(fault) => self.inputs.legs.fault = fault,
             Influence::PhaseOpen(phase, open) => {
                 if let Some(phase) = self.inputs.legs.cut.get_mut(usize::from(phase)) {
@@ -168,9 +171,10 @@ impl State {
                 }
             }
         }
-        // A fault or a wire that is off changes what the legs do.
+        // What follows from faults, wires that are off, position and speed.
         let legs = &mut self.inputs.legs;
         legs.drive(setup.plan.winding.wiring, legs.told);
+        setup.plan.look_ahead(&mut self.dynamics);
     }
 
     fn put(&mut self, setup: &Setup, position: f64) {

@@ -2,14 +2,12 @@
 //!
 //! In a span, the duties are constant, and the rotor's angle is that of its middle. Winding and capacitor follow their
 //! exponentials. The mean current, the mean speed and the mean bus voltage depend on each other, linearly, and are
-//! solved for together: what the winding takes from the bus is what the bus loses, and what the EMF takes from the
-//! winding is what the rotor gets. So energy is kept, and no span, inductance, inertia or capacitance is too small.
-
-use core::f64::consts::TAU;
+//! solved for together: what the EMF takes from the winding is what the rotor gets, and what the winding takes from the
+//! bus is what the bus loses. So energy is kept, and no span, inductance, inertia or capacitance is too small.
 
 use super::bridge::{Connection, Legs, Path, Vector, Wiring, dot};
 use super::decay::Decay;
-use super::mechanics::{Motion, RADIANS, Shaft, ShaftSpan, TURN, fraction};
+use super::mechanics::{Motion, RADIANS, Shaft, ShaftSpan, TURN, sine_cosine};
 use super::motor::Motor;
 use super::supply::SupplySpan;
 use super::thermal::Heat;
@@ -47,7 +45,10 @@ pub(super) struct Plan {
 /// What follows from the length of a span.
 #[derive(Clone, Copy, Debug)]
 struct Span {
-    time: ShaftSpan,
+    seconds: f64,
+    /// Fine steps in half of it at 1 rad/s.
+    half: f64,
+    shaft: ShaftSpan,
     winding: Decay,
     supply: SupplySpan,
 }
@@ -65,6 +66,9 @@ pub(super) struct Dynamics {
     pub(super) bus: f64,
     /// Mean current out of the bus in the last span in ampere.
     pub(super) bus_current: f64,
+    /// Direction of the EMF in the middle of a control period that begins now. It is found at the end of a step and
+    /// not at the beginning of the next one, so that the processor has it ready then.
+    pub(super) field: Vector,
 }
 
 /// What acts on it in a span.
@@ -86,8 +90,6 @@ struct Solved {
     next: Dynamics,
     /// Mean square of the current.
     square: f64,
-    /// Mean bus voltage.
-    bus: f64,
 }
 
 impl Plan {
@@ -131,47 +133,49 @@ impl Plan {
 
     /// Goes on by one control period.
     pub(super) fn period(&self, now: &mut Dynamics, inputs: &Inputs) -> f64 {
-        self.pass(now, inputs, PERIOD_SECONDS, &self.period)
+        self.pass(now, inputs, &self.period)
     }
 
     /// Goes on by a part of a control period. Gives the integral of the square of the current.
     pub(super) fn part(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64) -> f64 {
-        self.pass(now, inputs, seconds, &self.span(seconds))
+        self.pass(now, inputs, &self.span(seconds))
     }
 
     #[inline(always)]
-    fn pass(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64, span: &Span) -> f64 {
-        let Some(duty) = inputs.legs.driven else {
-            return self.pass_with_diodes(now, inputs, seconds, span);
+    fn pass(&self, now: &mut Dynamics, inputs: &Inputs, span: &Span) -> f64 {
+        let field = self.field(now, span);
+        let emf = self.winding.emf * now.speed;
+        let Some(path) = inputs.legs.path(now.current, field, emf, now.bus) else {
+            return self.pass_with_diodes(now, inputs, span);
         };
-        let (field, _) = self.field(now, seconds);
-        let path = Path { duty, field, current: now.current };
         let solved = self.solve(now, inputs, span, &path);
         *now = solved.next;
-        solved.square * seconds
+        self.look_ahead(now);
+        solved.square * span.seconds
+    }
+
+    /// To be done when position or speed has been changed.
+    #[inline(always)]
+    pub(super) fn look_ahead(&self, now: &mut Dynamics) {
+        now.field = self.direction_ahead(now, self.period.half);
     }
 
     /// Diodes let go when their current ends, which divides the span.
     #[inline(never)]
-    fn pass_with_diodes(
-        &self,
-        now: &mut Dynamics,
-        inputs: &Inputs,
-        seconds: f64,
-        whole: &Span,
-    ) -> f64 {
+    fn pass_with_diodes(&self, now: &mut Dynamics, inputs: &Inputs, whole: &Span) -> f64 {
         /// There are three diodes that can end and begin; the bound is for what nobody has thought of.
         const ENDS: usize = 8;
         let mut squares = 0.0;
-        let mut left = seconds;
+        let mut left = whole.seconds;
         let mut refused = [false; 3];
         let mut rest = None;
         for _ in 0..ENDS {
             let span = rest.as_ref().unwrap_or(whole);
-            let connection = self.connect(now, inputs, self.field(now, left), refused);
+            let connection = self.connect(now, inputs, span, refused);
             let solved = self.solve(now, inputs, span, &connection.path);
             let Some((leg, part)) = self.diode_end(&connection, &solved.next, span) else {
                 *now = solved.next;
+                self.look_ahead(now);
                 return squares + solved.square * left;
             };
             if part <= 0.0 {
@@ -181,10 +185,11 @@ impl Plan {
             }
             let until = left * part.min(1.0);
             let span = self.span(until);
-            let connection = self.connect(now, inputs, self.field(now, until), refused);
+            let connection = self.connect(now, inputs, &span, refused);
             let solved = self.solve(now, inputs, &span, &connection.path);
             *now = solved.next;
             now.current = self.winding.wiring.without(leg, now.current);
+            self.look_ahead(now);
             squares += solved.square * until;
             left -= until;
             refused[leg] = true;
@@ -221,21 +226,29 @@ impl Plan {
             .min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Direction of the EMF in the middle of a span, and its amplitude in volt.
+    /// Direction of the EMF in the middle of a span.
     #[inline(always)]
-    fn field(&self, now: &Dynamics, seconds: f64) -> (Vector, f64) {
-        let emf = self.winding.emf * now.speed;
-        if self.winding.wiring == Wiring::Single {
-            return ([1.0, 0.0], emf);
+    fn field(&self, now: &Dynamics, span: &Span) -> Vector {
+        if span.seconds == PERIOD_SECONDS {
+            now.field
+        } else {
+            self.direction_ahead(now, span.half)
         }
-        let middle = now.position + now.speed * (seconds / 2.0 / RADIANS);
-        (self.direction(middle), emf)
     }
 
-    /// Direction of the EMF at a position.
+    /// Direction of the EMF after a way in fine steps per rad/s.
+    #[inline(always)]
+    fn direction_ahead(&self, now: &Dynamics, way: f64) -> Vector {
+        match self.winding.wiring {
+            Wiring::Star => self.direction(now.position + now.speed * way),
+            Wiring::Single => [1.0, 0.0],
+        }
+    }
+
+    /// Direction of the EMF of a motor with three phases at a position.
     #[inline(always)]
     pub(super) fn direction(&self, position: f64) -> Vector {
-        let (sine, cosine) = libm::sincos(TAU * fraction(position * self.winding.turns));
+        let (sine, cosine) = sine_cosine(position * self.winding.turns);
         [-sine, cosine]
     }
 
@@ -247,81 +260,101 @@ impl Plan {
         &self,
         now: &Dynamics,
         inputs: &Inputs,
-        field: (Vector, f64),
+        span: &Span,
         refused: [bool; 3],
     ) -> Connection {
+        let field = (self.field(now, span), self.winding.emf * now.speed);
         inputs.legs.connect(self.winding.wiring, now.current, field, now.bus, refused)
     }
 
     #[inline(always)]
     fn solve(&self, now: &Dynamics, inputs: &Inputs, span: &Span, path: &Path) -> Solved {
         let mut with_source = now.bus <= inputs.source;
-        loop {
-            let solved = self.solve_with(now, inputs, span, path, with_source);
-            if !with_source || solved.bus <= inputs.source {
-                return solved;
-            }
+        let (mut motion, mut bus) = self.means(now, inputs, span, path, with_source);
+        if with_source && bus > inputs.source {
             // The diode keeps power from flowing into the source.
             with_source = false;
+            (motion, bus) = self.means_without_source(now, inputs, span, path);
         }
-    }
-
-    /// The solution with or without the source.
-    #[inline(always)]
-    fn solve_with(
-        &self,
-        now: &Dynamics,
-        inputs: &Inputs,
-        span: &Span,
-        path: &Path,
-        with_source: bool,
-    ) -> Solved {
         let Winding { emf, scale, .. } = self.winding;
-        let Path { duty, field, current } = *path;
+        let Path { duty, field, current, .. } = *path;
         let winding = &span.winding;
-        let supply = span.supply.decay(with_source, inputs.chopper);
-        let push = if with_source { inputs.source * self.source_conductance } else { 0.0 };
-
-        // Mean bus voltage = still + slope * mean speed.
-        let along = dot(duty, field);
-        let feedback = supply.mean_gain * scale * winding.mean_gain;
-        let divisor = 1.0 / (1.0 + feedback * dot(duty, duty));
-        let drawn = scale * winding.mean_keep * dot(current, duty);
-        let still = supply.mean(now.bus, push - drawn) * divisor;
-        let slope = feedback * emf * along * divisor;
-
-        // Torque of the motor = torque - drag * mean speed.
-        let constant = scale * emf;
-        let torque = constant
-            * (winding.mean_keep * dot(current, field) + winding.mean_gain * still * along);
-        let drag = constant * winding.mean_gain * (emf * dot(field, field) - slope * along);
-        let motion = if inputs.blocked {
-            Motion { mean: 0.0, speed: 0.0, position: now.position }
-        } else {
-            let mut acting = self.shaft.acting(&self.machine, now.position, inputs.external);
-            acting.torque += torque;
-            let at = (now.position, now.speed);
-            self.shaft.motion(at, acting, drag, inputs.friction, &span.time)
-        };
-
-        let bus = still + slope * motion.mean;
         let lost = emf * motion.mean;
         let volts = [duty[0] * bus - field[0] * lost, duty[1] * bus - field[1] * lost];
         let mean = [winding.mean(current[0], volts[0]), winding.mean(current[1], volts[1])];
         let end = [winding.end(current[0], volts[0]), winding.end(current[1], volts[1])];
         let bus_current = scale * dot(duty, mean);
         let change = [end[0] - current[0], end[1] - current[1]];
+        let supply = span.supply.decay(with_source, inputs.chopper);
+        let push = self.push(inputs, with_source) - bus_current;
         let next = Dynamics {
             current: [or_none(end[0]), or_none(end[1])],
             position: motion.position,
             speed: motion.speed,
-            bus: supply.end(now.bus, push - bus_current).max(0.0),
+            bus: supply.end(now.bus, push).max(0.0),
             bus_current,
+            field: now.field,
         };
-        Solved { next, square: dot(mean, mean) + dot(change, change) * (1.0 / 12.0), bus }
+        Solved { next, square: dot(mean, mean) + dot(change, change) * (1.0 / 12.0) }
+    }
+
+    /// What the source pushes into the bus, in ampere at 0 V.
+    #[inline(always)]
+    fn push(&self, inputs: &Inputs, with_source: bool) -> f64 {
+        if with_source { inputs.source * self.source_conductance } else { 0.0 }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn means_without_source(
+        &self,
+        now: &Dynamics,
+        inputs: &Inputs,
+        span: &Span,
+        path: &Path,
+    ) -> (Motion, f64) {
+        self.means(now, inputs, span, path, false)
+    }
+
+    /// Motion of the rotor and mean bus voltage, with or without the source.
+    #[inline(always)]
+    fn means(
+        &self,
+        now: &Dynamics,
+        inputs: &Inputs,
+        span: &Span,
+        path: &Path,
+        with_source: bool,
+    ) -> (Motion, f64) {
+        let Winding { emf, scale, .. } = self.winding;
+        let Path { duty, field, current, square } = *path;
+        let winding = &span.winding;
+        let supply = span.supply.decay(with_source, inputs.chopper);
+
+        // The bus feels the EMF of the speed that the rotor has now, the rotor feels that bus.
+        let along = dot(duty, field);
+        let feedback = supply.mean_gain * scale * winding.mean_gain;
+        let divisor = 1.0 / (1.0 + feedback * dot(duty, duty));
+        let drawn = scale * winding.mean_keep * dot(current, duty);
+        let push = self.push(inputs, with_source) - drawn;
+        let bus = (supply.mean(now.bus, push) + feedback * emf * now.speed * along) * divisor;
+        if inputs.blocked {
+            return (Motion { mean: 0.0, speed: 0.0, position: now.position }, bus);
+        }
+
+        // Torque of the motor = torque - drag * mean speed.
+        let constant = scale * emf;
+        let torque =
+            constant * (winding.mean_keep * dot(current, field) + winding.mean_gain * bus * along);
+        let drag = constant * winding.mean_gain * emf * square;
+        let mut acting = self.shaft.acting(&self.machine, now.position, inputs.external);
+        acting.torque += torque;
+        let at = (now.position, now.speed);
+        (self.shaft.motion(at, acting, drag, inputs.friction, &span.shaft), bus)
     }
 }
 
+#[inline(always)]
 fn or_none(current: f64) -> f64 {
     if current.abs() < NO_CURRENT { 0.0 } else { current }
 }
@@ -329,7 +362,9 @@ fn or_none(current: f64) -> f64 {
 impl Span {
     fn new(winding: &Winding, shaft: &Shaft, machine: &Machine, seconds: f64) -> Self {
         Self {
-            time: shaft.time(seconds),
+            seconds,
+            half: seconds / 2.0 / RADIANS,
+            shaft: shaft.span(seconds),
             winding: Decay::new(winding.resistance, winding.inductance, seconds),
             supply: machine.supply.span(seconds),
         }
