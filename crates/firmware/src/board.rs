@@ -46,8 +46,7 @@ pub trait Board {
         let _ = (axis, power);
     }
 
-    /// Whether nothing that a servo axis senses has changed since this was asked last, or will change by itself
-    /// while it gets the same power. A board that cannot tell says no, and its control interrupt never rests.
+    /// Whether nothing that a servo axis senses will change by itself while it gets the same power. A board that cannot tell says no, and its control interrupt never rests.
     fn is_still(&mut self, axis: u8) -> bool {
         let _ = axis;
         false

@@ -73,15 +73,13 @@ impl Servo {
         self.phase_currents = [if flows { current } else { 0 }, 0];
         self.measured.add(Dq { d: 0, q: self.phase_currents[0] });
         self.measure_shunt(raw);
-        let multiple = self.settings[Block::VelocityLoopDelay].max(1) as u64;
-        if number % multiple == 0 {
+        if is_turn_of(number, self.settings[Block::VelocityLoopDelay]) {
             self.regulate_speed(1, BLOCK_UNIT_MA);
         }
         let (true, Some(sector)) = (flows, self.sensors.sector) else {
             return self.rest();
         };
-        let multiple = self.settings[Block::CurrentLoopDelay].max(1) as u64;
-        if number % multiple == 0 {
+        if is_turn_of(number, self.settings[Block::CurrentLoopDelay]) {
             let gains = self.torque_gains();
             self.voltage = self.torque.step(gains, self.demand.q, current, FULL_VOLTAGE);
         }
@@ -160,4 +158,10 @@ impl Servo {
         let wanted = self.mode != Mode::Stop || self.init.forced().is_some();
         wanted && self.is_enabled()
     }
+}
+
+/// Whether a loop with this delay in control periods, of which 0 acts as 1, runs in the period of this number.
+#[inline]
+fn is_turn_of(number: u64, delay: i32) -> bool {
+    delay <= 1 || number.is_multiple_of(delay as u64)
 }

@@ -95,8 +95,6 @@ enum Mode {
 /// What the axis has around it, seen each millisecond.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Surroundings {
-    /// In 0.1 V.
-    supply: i32,
     /// Of the bridge, in °C.
     temperature: i32,
     /// Levels of the digital inputs.
@@ -360,6 +358,7 @@ impl Servo {
         let offset = match source {
             Source::OpenLoop => 0,
             Source::Halls => self.settings[Foc::HallOffset],
+            Source::Encoder if self.settings[Foc::EncoderOffset] == 0 => 0,
             Source::Encoder => {
                 let counts = i64::from(self.settings[Foc::EncoderOffset]) * i64::from(pole_pairs);
                 (counts * sensors::TURN / i64::from(self.encoder_steps())) as i32
@@ -410,9 +409,7 @@ impl<B: Board> Module<B> {
             if number % PERIODS_PER_TICK == 0 {
                 let around = self.surroundings();
                 self.servo.tick(&around);
-                // Asked each time, so that the board knows since when it is still.
-                let is_still = self.board.is_still(SERVO_AXIS);
-                if self.servo.has_settled() && is_still {
+                if self.servo.has_settled() && self.board.is_still(SERVO_AXIS) {
                     self.servo.is_asleep = true;
                 }
             }
@@ -429,7 +426,6 @@ impl<B: Board> Module<B> {
     pub(crate) fn surroundings(&mut self) -> Surroundings {
         let (left, right) = self.board.limit_switches(SERVO_AXIS);
         Surroundings {
-            supply: self.board.analog(Analog::SupplyVoltage),
             temperature: self.board.analog(Analog::Temperature),
             inputs: self.board.digital_inputs(),
             analog: self.board.analog(Analog::Input(0)),

@@ -28,7 +28,7 @@ impl Servo {
             Shared::TargetTorque if self.mode == Mode::Torque => self.target_torque,
             Shared::TargetTorque => self.demand.q.saturating_mul(self.current_unit()),
             Shared::ActualTorque => self.measured.mean.q,
-            Shared::SupplyVoltage => around.supply,
+            Shared::SupplyVoltage => i32::from(self.senses.supply) / 10,
             Shared::DriverTemperature => around.temperature,
             Shared::StatusFlags => self.take_flags(),
             Shared::TorqueError => self.torque.error(),

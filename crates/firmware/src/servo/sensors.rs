@@ -55,10 +55,21 @@ impl Counter {
         self.turns.wrapping_mul(self.steps as i32).wrapping_add(self.within as i32)
     }
 
-    /// Angle times this number of pole pairs, 1/65536 turn.
-    fn electrical(&self, pole_pairs: u32) -> u16 {
-        let turned = u64::from(self.within) * u64::from(pole_pairs) * TURN as u64;
-        (turned / u64::from(self.steps)) as u16
+    /// Angle in 1/65536 turn of the field, of which each step is so much.
+    #[inline]
+    fn electrical(&self, step: FieldStep) -> u16 {
+        (u64::from(self.within).wrapping_mul(step.0) >> 32) as u16
+    }
+}
+
+/// A step of a counter in turns of the field: in 2^-48 turn, so that a control period needs no division.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct FieldStep(u64);
+
+impl FieldStep {
+    /// Rounded up, so that whole angles stay whole.
+    fn new(steps: u32, pole_pairs: u32) -> Self {
+        Self((u64::from(pole_pairs) << 48).div_ceil(u64::from(steps.max(1))))
     }
 }
 
@@ -87,6 +98,7 @@ pub(super) struct Reading {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sensors {
     pub(super) encoder: Counter,
+    encoder_step: FieldStep,
     halls: Counter,
     absolute: Counter,
     /// Electrical angle without a sensor, 1/65536 of its unit; all turns since it began.
@@ -110,6 +122,7 @@ impl Sensors {
     pub(super) fn new(source: Source, encoder_steps: u32, pole_pairs: u32) -> Self {
         Self {
             encoder: Counter::new(encoder_steps),
+            encoder_step: FieldStep::new(encoder_steps, pole_pairs),
             halls: Counter::new(6 * pole_pairs),
             absolute: Counter::new(TURN as u32),
             open_loop: 0,
@@ -188,8 +201,9 @@ impl Sensors {
                 self.hall_counter.angle(self.since_edge, saturated(per_period))
             }
             Source::Halls => self.sector.map_or(0, hall::sector_angle),
-            Source::Encoder => self.encoder.electrical(pole_pairs),
-            Source::Absolute => self.absolute.electrical(pole_pairs),
+            Source::Encoder => self.encoder.electrical(self.encoder_step),
+            // A step is a unit of the angle.
+            Source::Absolute => self.absolute.within.wrapping_mul(pole_pairs) as u16,
         }
     }
 
@@ -233,6 +247,7 @@ impl Sensors {
     pub(super) fn set_steps(&mut self, encoder_steps: u32, pole_pairs: u32) {
         let position = self.position(self.watched, pole_pairs);
         self.encoder = Counter::new(encoder_steps);
+        self.encoder_step = FieldStep::new(encoder_steps, pole_pairs);
         self.halls = Counter::new(6 * pole_pairs);
         self.restart_tachometer(encoder_steps, pole_pairs);
         self.set_position(self.watched, pole_pairs, position);

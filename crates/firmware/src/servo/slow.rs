@@ -17,6 +17,8 @@ const LARGEST_ERROR: i64 = 1 << 30;
 impl Servo {
     /// Speed and position regulator: the torque that is asked for, in the unit of the current regulators, which is
     /// so many `milliamps`. `field_turns` are those for a turn of the shaft.
+    // With constant units there is no division left in it.
+    #[inline(always)]
     pub(super) fn regulate_speed(&mut self, field_turns: u32, milliamps: i32) {
         let limit = self.settings[Shared::MaxCurrent] / milliamps;
         let q = match self.mode {
