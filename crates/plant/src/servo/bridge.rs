@@ -14,6 +14,9 @@ pub(super) type Vector = [f64; 2];
 
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 
+/// Part of the bus voltage in a count of a duty.
+const PART: f64 = 1.0 / 65535.0;
+
 /// Directions of the phases.
 const PHASES: [Vector; 3] = [[1.0, 0.0], [-0.5, SQRT_3 / 2.0], [-0.5, -SQRT_3 / 2.0]];
 
@@ -58,24 +61,23 @@ pub(super) struct Legs {
     /// Which wires of the motor are off.
     pub(super) cut: [bool; 3],
     usual: Usual,
+    /// Voltage vector per volt of the bus, where all legs or two of three are driven.
+    duty: Vector,
+    /// Direction of the current between two of three.
+    way: Vector,
+    /// Voltage per volt of the bus in the middle between them.
+    middle: f64,
+    /// Axis of the third one.
+    floating: Vector,
 }
 
 /// How currents flow while no diode conducts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Usual {
-    /// All legs of the motor are driven: voltage vector per volt of the bus.
-    All(Vector),
+    /// All legs of the motor are driven.
+    All,
     /// Two of three are driven.
-    Two {
-        /// Direction of the current.
-        way: Vector,
-        /// Voltage vector per volt of the bus.
-        duty: Vector,
-        /// Voltage per volt of the bus in the middle between them.
-        middle: f64,
-        /// Axis of the leg that floats.
-        floating: Vector,
-    },
+    Two,
     /// None is driven.
     Open,
     /// Something else.
@@ -162,66 +164,78 @@ impl Wiring {
     }
 }
 
-impl Usual {
-    /// Legs with these duties on both sides of the one that floats, in the order of phases.
-    fn two(from: u16, to: u16, floating: usize) -> Self {
-        let floating = PHASES[floating];
-        // At right angles to the axis of the floating one.
-        let way = [-floating[1], floating[0]];
-        let between = f64::from(i32::from(from) - i32::from(to)) / (65535.0 * SQRT_3);
-        Self::Two {
-            way,
-            duty: [way[0] * between, way[1] * between],
-            middle: f64::from(u32::from(from) + u32::from(to)) / (2.0 * 65535.0),
-            floating,
-        }
-    }
-}
-
 impl Legs {
     /// All legs open, all wires on.
     pub(super) fn new() -> Self {
-        Self { told: [Leg::Open; 3], fault: false, cut: [false; 3], usual: Usual::Open }
+        Self {
+            told: [Leg::Open; 3],
+            fault: false,
+            cut: [false; 3],
+            usual: Usual::Open,
+            duty: [0.0; 2],
+            way: [0.0; 2],
+            middle: 0.0,
+            floating: [0.0; 2],
+        }
     }
 
     /// Drives them like this.
     #[inline(always)]
     pub(super) fn drive(&mut self, wiring: Wiring, told: [Leg; 3]) {
-        const PART: f64 = 1.0 / 65535.0;
         self.told = told;
-        self.usual = match (wiring, told) {
-            _ if self.fault || self.cut != [false; 3] => Usual::Other,
+        if self.fault || self.cut != [false; 3] {
+            self.usual = Usual::Other;
+            return;
+        }
+        match (wiring, told) {
             (Wiring::Star, [Leg::Duty(a), Leg::Duty(b), Leg::Duty(c)]) => {
                 let [a, b, c] = [i32::from(a), i32::from(b), i32::from(c)];
                 let (along, across) = (f64::from(2 * a - b - c), f64::from(b - c));
-                Usual::All([along * (PART / 3.0), across * (PART / SQRT_3)])
+                self.duty = [along * (PART / 3.0), across * (PART / SQRT_3)];
+                self.usual = Usual::All;
             }
-            (Wiring::Star, [Leg::Duty(a), Leg::Duty(b), Leg::Open]) => Usual::two(a, b, 2),
-            (Wiring::Star, [Leg::Open, Leg::Duty(b), Leg::Duty(c)]) => Usual::two(b, c, 0),
-            (Wiring::Star, [Leg::Duty(a), Leg::Open, Leg::Duty(c)]) => Usual::two(c, a, 1),
-            (Wiring::Star, [Leg::Open, Leg::Open, Leg::Open]) => Usual::Open,
+            (Wiring::Star, [Leg::Duty(a), Leg::Duty(b), Leg::Open]) => self.drive_two(a, b, 2),
+            (Wiring::Star, [Leg::Open, Leg::Duty(b), Leg::Duty(c)]) => self.drive_two(b, c, 0),
+            (Wiring::Star, [Leg::Duty(a), Leg::Open, Leg::Duty(c)]) => self.drive_two(c, a, 1),
             (Wiring::Single, [Leg::Duty(a), Leg::Duty(b), _]) => {
-                Usual::All([f64::from(i32::from(a) - i32::from(b)) * PART, 0.0])
+                self.duty = [f64::from(i32::from(a) - i32::from(b)) * PART, 0.0];
+                self.usual = Usual::All;
             }
-            (Wiring::Single, [Leg::Open, Leg::Open, _]) => Usual::Open,
-            _ => Usual::Other,
-        };
+            (Wiring::Star, [Leg::Open, Leg::Open, Leg::Open])
+            | (Wiring::Single, [Leg::Open, Leg::Open, _]) => self.usual = Usual::Open,
+            _ => self.usual = Usual::Other,
+        }
+    }
+
+    /// With these duties of the legs on both sides of the one that floats, in the order of phases.
+    #[inline(never)]
+    fn drive_two(&mut self, from: u16, to: u16, floating: usize) {
+        let floating = PHASES[floating];
+        // At right angles to the axis of the floating one.
+        let way = [-floating[1], floating[0]];
+        let between = f64::from(i32::from(from) - i32::from(to)) * (PART / SQRT_3);
+        self.usual = Usual::Two;
+        self.way = way;
+        self.duty = [way[0] * between, way[1] * between];
+        self.middle = f64::from(i32::from(from) + i32::from(to)) * (PART / 2.0);
+        self.floating = floating;
     }
 
     /// How currents flow with this current (ampere), direction of the EMF, amplitude of it (volt) and bus voltage; none
     /// if a diode may conduct.
     #[inline(always)]
     pub(super) fn path(&self, current: Vector, field: Vector, emf: f64, bus: f64) -> Option<Path> {
-        match &self.usual {
-            Usual::All(duty) => Some(Path { duty: *duty, field, square: 1.0, current }),
-            Usual::Two { way, duty, middle, floating } => {
-                let volts = middle * bus + 1.5 * emf * dot(*floating, field);
-                if dot(*floating, current).abs() > IDLE || volts < 0.0 || volts > bus {
+        match self.usual {
+            Usual::All => Some(Path { duty: self.duty, field, square: 1.0, current }),
+            Usual::Two => {
+                let (way, floating) = (self.way, self.floating);
+                let volts = self.middle * bus + 1.5 * emf * dot(floating, field);
+                if dot(floating, current).abs() > IDLE || volts < 0.0 || volts > bus {
                     return None;
                 }
-                let (flow, part) = (dot(*way, current), dot(*way, field));
+                let (flow, part) = (dot(way, current), dot(way, field));
                 Some(Path {
-                    duty: *duty,
+                    duty: self.duty,
                     field: [way[0] * part, way[1] * part],
                     square: part * part,
                     current: [way[0] * flow, way[1] * flow],

@@ -204,3 +204,36 @@ pub(super) fn sine_cosine(turns: f64) -> (f64, f64) {
     let sign = f64::from_bits(1f64.to_bits() | (quarters & 2) << 62);
     (sine * sign, cosine * sign)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::motor::{Brushless, preset};
+    use super::*;
+
+    #[test]
+    fn friction_stops_a_rotor_after_the_way_that_its_energy_lasts() {
+        let motor = Brushless { viscous: 0.0, ..preset("qbl4208-61-04-013").unwrap() };
+        let shaft = Shaft::new(&Machine::new(Motor::Brushless(motor)));
+        let acting = Acting { torque: 0.0, stiffness: 0.0 };
+        let end = shaft.motion((0.0, 2.0), acting, 0.0, 0.4, &shaft.span(1e-3));
+        assert_eq!(end.speed, 0.0);
+        let way = 0.5 * 48e-6 * 4.0 / 0.4;
+        assert!((end.position * RADIANS - way).abs() < 1e-12);
+        assert!((end.mean - way / 1e-3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn sine_and_cosine_are_those_of_the_angle_in_all_quarters() {
+        for degrees in (-1000..1000).map(f64::from) {
+            let (sine, cosine) = sine_cosine(degrees / 360.0);
+            assert!((sine - degrees.to_radians().sin()).abs() < 1e-14, "{degrees}");
+            assert!((cosine - degrees.to_radians().cos()).abs() < 1e-14, "{degrees}");
+        }
+    }
+
+    #[test]
+    fn whole_parts_are_towards_negative_infinity() {
+        let numbers = [-1.5, -1.0, -0.1, 0.0, 0.9, 1.0, 1e300];
+        assert_eq!(numbers.map(floor), [-2, -1, -1, 0, 0, 1, i64::MAX]);
+    }
+}

@@ -122,7 +122,7 @@ impl Plan {
         winding.resistance += switches;
         let shaft = Shaft::new(&machine);
         Self {
-            period: Span::new(&winding, &shaft, &machine, PERIOD_SECONDS),
+            period: Span::new(&winding, &shaft, &machine, PERIOD_SECONDS, None),
             source_conductance: machine.supply.source_conductance(),
             machine,
             winding,
@@ -138,7 +138,7 @@ impl Plan {
 
     /// Goes on by a part of a control period. Gives the integral of the square of the current.
     pub(super) fn part(&self, now: &mut Dynamics, inputs: &Inputs, seconds: f64) -> f64 {
-        self.pass(now, inputs, &self.span(seconds))
+        self.pass(now, inputs, &self.span(seconds, inputs))
     }
 
     #[inline(always)]
@@ -169,11 +169,12 @@ impl Plan {
         let mut left = whole.seconds;
         let mut refused = [false; 3];
         let mut rest = None;
-        for _ in 0..ENDS {
+        for round in 1..=ENDS {
             let span = rest.as_ref().unwrap_or(whole);
             let connection = self.connect(now, inputs, span, refused);
             let solved = self.solve(now, inputs, span, &connection.path);
-            let Some((leg, part)) = self.diode_end(&connection, &solved.next, span) else {
+            let end = self.diode_end(&connection, &solved.next, span);
+            let Some((leg, part)) = end.filter(|_| round < ENDS) else {
                 *now = solved.next;
                 self.look_ahead(now);
                 return squares + solved.square * left;
@@ -184,7 +185,7 @@ impl Plan {
                 continue;
             }
             let until = left * part.min(1.0);
-            let span = self.span(until);
+            let span = self.span(until, inputs);
             let connection = self.connect(now, inputs, &span, refused);
             let solved = self.solve(now, inputs, &span, &connection.path);
             *now = solved.next;
@@ -196,7 +197,7 @@ impl Plan {
             if left <= 1e-9 {
                 break;
             }
-            rest = Some(self.span(left));
+            rest = Some(self.span(left, inputs));
         }
         squares
     }
@@ -252,8 +253,8 @@ impl Plan {
         [-sine, cosine]
     }
 
-    fn span(&self, seconds: f64) -> Span {
-        Span::new(&self.winding, &self.shaft, &self.machine, seconds)
+    fn span(&self, seconds: f64, inputs: &Inputs) -> Span {
+        Span::new(&self.winding, &self.shaft, &self.machine, seconds, Some(inputs.chopper))
     }
 
     fn connect(
@@ -360,13 +361,19 @@ fn or_none(current: f64) -> f64 {
 }
 
 impl Span {
-    fn new(winding: &Winding, shaft: &Shaft, machine: &Machine, seconds: f64) -> Self {
+    fn new(
+        winding: &Winding,
+        shaft: &Shaft,
+        machine: &Machine,
+        seconds: f64,
+        chopper: Option<bool>,
+    ) -> Self {
         Self {
             seconds,
             half: seconds / 2.0 / RADIANS,
             shaft: shaft.span(seconds),
             winding: Decay::new(winding.resistance, winding.inductance, seconds),
-            supply: machine.supply.span(seconds),
+            supply: machine.supply.span(seconds, chopper),
         }
     }
 }

@@ -46,15 +46,16 @@ impl Supply {
         1.0 / self.chopper.max(1e-3)
     }
 
-    pub(super) fn span(&self, seconds: f64) -> SupplySpan {
+    /// For a span with this chopper alone, or for any.
+    pub(super) fn span(&self, seconds: f64, chopper: Option<bool>) -> SupplySpan {
         let decay = |source, chopper| {
             Decay::new(self.conductance + source + chopper, self.capacitance, seconds)
         };
-        let (source, chopper) = (self.source_conductance(), self.chopper_conductance());
-        SupplySpan([
-            [decay(0.0, 0.0), decay(0.0, chopper)],
-            [decay(source, 0.0), decay(source, chopper)],
-        ])
+        let row = |source| {
+            let with = |on| decay(source, if on { self.chopper_conductance() } else { 0.0 });
+            chopper.map_or_else(|| [with(false), with(true)], |on| [with(on); 2])
+        };
+        SupplySpan([row(0.0), row(self.source_conductance())])
     }
 }
 
@@ -71,7 +72,7 @@ mod tests {
     #[test]
     fn a_capacitor_is_filled_by_the_source_and_emptied_by_the_chopper() {
         let supply = Supply { conductance: 0.0, ..Supply::default() };
-        let span = supply.span(100e-6);
+        let span = supply.span(100e-6, None);
         let filled = span.decay(true, false).end(0.0, supply.voltage / supply.resistance);
         assert!((filled - 24.0 * (1.0 - (-2.0f64).exp())).abs() < 1e-9);
         let emptied = span.decay(false, true).end(24.0, 0.0);

@@ -111,6 +111,19 @@ fn open_legs_carry_nothing_below_the_bus_voltage_and_rectify_above() {
 }
 
 #[test]
+fn a_floating_terminal_that_the_emf_pulls_below_ground_conducts() {
+    let mut bench = Bench::on_dyno(Motor::Brushless(frictionless()), STIFF, 100.0);
+    let (mut flowing, mut floating) = (0, 0);
+    for _ in 0..2000 {
+        bench.run(1, |_| legs([Some(0.0), Some(0.0), None]));
+        let [_, _, c] = bench.view().currents;
+        assert!(c > -1e-9, "the diode lets no current out of the motor: {c}");
+        if c > 1e-6 { flowing += 1 } else { floating += 1 }
+    }
+    assert!(flowing > 600 && floating > 200, "{flowing} {floating}");
+}
+
+#[test]
 fn block_commutation_in_the_middle_of_a_block_has_two_phases_in_series() {
     let motor = frictionless();
     let speed = 100.0 / 60.0 * TAU;

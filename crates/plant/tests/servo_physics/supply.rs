@@ -69,6 +69,30 @@ fn braking_lifts_the_bus_by_what_the_capacitor_gets() {
 }
 
 #[test]
+fn a_generator_fills_the_capacitor_and_not_the_source() {
+    let supply = Supply { resistance: 0.01, capacitance: 1e-4, ..SUPPLY };
+    // An EMF of 20 V on half of the bus voltage.
+    let mut bench = Bench::on_dyno(Motor::Brushed(BRUSHED), supply, 400.0);
+    let mut expected = bench.view().bus;
+    for _ in 0..20 {
+        bench.run(1, |_| legs([Some(0.5), Some(0.0), None]));
+        expected -= bench.view().bus_current * 50e-6 / 1e-4;
+        near(bench.view().bus, expected, 1e-9);
+    }
+    assert!(expected > 30.0, "{expected}");
+}
+
+#[test]
+fn a_motor_that_turns_meets_the_bus_that_it_makes_sag() {
+    let supply = Supply { resistance: 3.0, capacitance: 2e-5, ..SUPPLY };
+    let mut bench = Bench::on_dyno(Motor::Brushed(BRUSHED), supply, 200.0);
+    bench.run(2000, |_| legs([Some(1.0), Some(0.0), None]));
+    let current = (24.0 - 200.0 * 0.05) / (3.0 + BRUSHED.resistance + 2.0 * SWITCH);
+    near(bench.view().currents[0], current, 1e-4);
+    near(bench.view().bus, 24.0 - 3.0 * current, 1e-4);
+}
+
+#[test]
 fn the_chopper_keeps_the_bus_down() {
     let mut bench = turning();
     let motor = frictionless();
