@@ -190,10 +190,10 @@ impl Servo {
         self.state.come_to(&self.setup, now.as_ticks());
     }
 
-    /// What the machine really does at `now`; changes nothing.
+    /// What the machine really does at `now`; changes nothing. Costs little if it has been still since the last call.
     pub fn view(&self, now: Instant) -> View {
         let mut state = self.state;
-        state.come_to(&self.setup, now.as_ticks());
+        state.skip(&self.setup, now.as_ticks());
         state.view(&self.setup)
     }
 
@@ -203,7 +203,7 @@ impl Servo {
             return [false; 3];
         }
         let mut state = self.state;
-        state.come_to(&self.setup, now.as_ticks());
+        state.skip(&self.setup, now.as_ticks());
         state.switches()
     }
 

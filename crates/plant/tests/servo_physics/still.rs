@@ -91,3 +91,13 @@ fn what_moves_bounces_or_is_noisy_is_not_still() {
     run(&mut noisy, 40_000, Power::default());
     assert!(!noisy.servo.is_still());
 }
+
+#[test]
+fn a_look_at_a_still_machine_after_weeks_costs_no_steps() {
+    let mut bench = bench();
+    run(&mut bench, 40_000, Power::default());
+    // Step by step this would take days.
+    let later = Instant::from_ticks(bench.ticks + 1000 * 3600 * 16_000_000);
+    assert_eq!(bench.servo.view(later).turns, bench.view().turns);
+    assert_eq!(bench.servo.switches(later), [false; 3]);
+}
