@@ -105,7 +105,7 @@ fn any_gains_and_motions_leave_currents_and_speeds_finite() {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         (random >> 33) % limit
     };
-    for round in 0..24 {
+    for round in 0..200 {
         let foc = round % 2 == 0;
         let mut module = if foc { Module::field_oriented() } else { Module::new("tmcm-1613") };
         let (gains, largest): (&[u8], _) = if foc {

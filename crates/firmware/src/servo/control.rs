@@ -95,7 +95,7 @@ impl Servo {
             currents[1] = -(currents[0] + currents[1]);
         }
         self.phase_currents = currents;
-        if number % FOC_VELOCITY_PERIODS == 0 {
+        if number.is_multiple_of(FOC_VELOCITY_PERIODS) {
             self.regulate_speed(self.reading.pole_pairs, FOC_UNIT_MA);
         }
         if self.settings[Foc::MotorType] == super::BRUSHED {

@@ -406,7 +406,7 @@ impl<B: Board> Module<B> {
             let number = now.as_ticks() / PERIOD_TICKS;
             self.servo.period(number);
             self.board.drive(SERVO_AXIS, &self.servo.power);
-            if number % PERIODS_PER_TICK == 0 {
+            if number.is_multiple_of(PERIODS_PER_TICK) {
                 let around = self.surroundings();
                 self.servo.tick(&around);
                 if self.servo.has_settled() && self.board.is_still(SERVO_AXIS) {
