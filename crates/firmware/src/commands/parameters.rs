@@ -23,7 +23,7 @@ impl<B: Board> Module<B> {
     pub(super) fn store_axis_parameter(&mut self, axis: AxisNumber, number: u8) -> Execution {
         let row = self.axis_row(axis, number)?;
         if !row.access.store {
-            return Err(Status::WRONG_TYPE);
+            return self.without_access();
         }
         let Outcome::Read(value) = self.get_axis_parameter(axis, number)? else {
             return Err(Status::WRONG_TYPE);
@@ -36,7 +36,7 @@ impl<B: Board> Module<B> {
     pub(super) fn restore_axis_parameter(&mut self, axis: AxisNumber, number: u8) -> Execution {
         let row = self.axis_row(axis, number)?;
         if !row.access.store {
-            return Err(Status::WRONG_TYPE);
+            return self.without_access();
         }
         let key = Key::AxisParameter(number, axis.get());
         let stored = storage::fetch(self.board.flash(), key).map_err(|_| Status::EEPROM_LOCKED)?;
@@ -89,12 +89,18 @@ impl<B: Board> Module<B> {
     ) -> Execution {
         let row = self.axis_row(axis, number)?;
         if !row.access.write {
-            return Err(Status::WRONG_TYPE);
+            return self.without_access();
         }
         self.check_range(axis, row, i64::from(value))?;
         self.write_axis_parameter(axis, row, value)?;
         self.touch(axis);
         Ok(Outcome::Done)
+    }
+
+    /// What comes of writing an axis parameter that can only be read, and of storing one that cannot be stored:
+    /// modules with field-oriented control say that it is done.
+    fn without_access(&self) -> Execution {
+        if self.model.motion == Motion::Foc { Ok(Outcome::Done) } else { Err(Status::WRONG_TYPE) }
     }
 
     fn axis_row(&self, axis: AxisNumber, number: u8) -> Result<&'static AxisParameter, Status> {

@@ -1,4 +1,5 @@
-//! How an incremental encoder learns where the rotor is: it begins to count anywhere.
+//! How an encoder learns where the rotor is: an incremental one begins to count anywhere, an absolute one sits on
+//! the shaft in any angle.
 //!
 //! # Readings
 //!
@@ -8,16 +9,21 @@
 //! - Mode 1 is nowhere explained; parameter 105 is the speed of a search for the null channel, so it turns the
 //!   motor in open loop until the null channel comes, from where parameter 106 is the offset.
 //! - Mode 2 commutates by the halls until one of their edges tells the angle.
+//! - Modes 0 and 1 of an absolute encoder (parameter 161) pull the rotor for the time of parameter 104 too, and
+//!   take parameter 163 from where it comes to rest; that mode 1 shakes it meanwhile makes no difference here.
 
 use opentmcl_catalog::Foc;
 use opentmcl_motion::servo::hall;
 
 use super::sensors::{Source, TURN};
-use super::{ENCODER_COMMUTATION, Servo};
+use super::{ABSOLUTE_COMMUTATION, ENCODER_COMMUTATION, Servo};
 
 /// Values of parameter 102.
 const BY_PULLING: i32 = 0;
 const BY_NULL_CHANNEL: i32 = 1;
+
+/// Value of parameter 161 with which nothing has to be found out.
+const BY_STORED_OFFSET: i32 = 2;
 
 /// Half a sector of the halls: from its middle to its edge.
 const HALF_SECTOR: u16 = (TURN / 12) as u16;
@@ -41,7 +47,7 @@ pub(super) enum Forced {
     OpenLoop,
 }
 
-/// The initialisation of the encoder.
+/// The initialisation of an encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Init {
     pub(super) state: State,
@@ -64,17 +70,26 @@ impl Init {
     /// Whether the angle is still taken from the halls.
     #[inline]
     pub(super) fn uses_halls(&self) -> bool {
-        self.state != State::Idle && self.forced.is_none()
+        self.state == State::Wait && self.forced.is_none()
     }
 }
 
 impl Servo {
-    /// Begins the initialisation if the motor is commutated by the encoder.
+    /// Begins the initialisation if the motor is commutated by an encoder that needs one.
     pub(super) fn begin_init(&mut self) {
         self.init = Init::default();
-        if self.settings[Foc::CommutationMode] == ENCODER_COMMUTATION {
+        let is_needed = match self.settings[Foc::CommutationMode] {
+            ENCODER_COMMUTATION => true,
+            ABSOLUTE_COMMUTATION => self.settings[Foc::AbsoluteInitMode] != BY_STORED_OFFSET,
+            _ => false,
+        };
+        if is_needed {
             self.init.state = State::Start;
         }
+    }
+
+    fn is_absolute(&self) -> bool {
+        self.settings[Foc::CommutationMode] == ABSOLUTE_COMMUTATION
     }
 
     /// Goes on with the initialisation, each millisecond.
@@ -94,6 +109,7 @@ impl Servo {
         self.init.elapsed = 0;
         self.init.sector = self.sensors.sector;
         self.init.forced = match self.settings[Foc::EncoderInitMode] {
+            _ if self.is_absolute() => Some(Forced::Angle(0)),
             BY_PULLING => Some(Forced::Angle(0)),
             BY_NULL_CHANNEL => Some(Forced::OpenLoop),
             _ => None,
@@ -113,6 +129,10 @@ impl Servo {
         }
         self.init.state = State::Estimate;
         match self.init.forced {
+            Some(_) if self.is_absolute() => {
+                let angle = self.sensors.absolute.within() as i32;
+                self.settings[Foc::AbsoluteOffset] = -angle & 0xFFFF;
+            }
             Some(_) => {
                 self.settings[Foc::EncoderOffset] = 0;
                 self.begin_count(0);

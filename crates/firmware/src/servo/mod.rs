@@ -10,7 +10,7 @@
 //! - `status`: flags, and what switches the bridge off; `outputs`: brake and brake chopper.
 //! - `motion`: motion commands; `switches`: reference switches.
 //! - `behaviour`: who commands a TMCM-1613.
-//! - `settings`, `parameters`: axis parameters.
+//! - `settings`, `parameters`: axis parameters; `units`: what their speeds count.
 //!
 //! # Readings
 //!
@@ -32,6 +32,7 @@ mod settings;
 mod slow;
 mod status;
 mod switches;
+mod units;
 
 use opentmcl_catalog::{Block, Foc, Globals, Motion, Servo as Shared};
 use opentmcl_motion::servo::pi::Pi;
@@ -69,6 +70,7 @@ const BLOCK_UNIT_MA: i32 = 1;
 /// Values of parameter 14.
 const NO_MOTOR: i32 = 0;
 const BRUSHED: i32 = 1;
+const STEPPER: i32 = 2;
 
 /// Values of parameter 15.
 const DISABLED: i32 = 0;
@@ -132,6 +134,8 @@ pub(crate) struct Servo {
     /// In 1/256 revolution per minute, and in 1/65536 turn.
     velocity_error: i32,
     position_error: i32,
+    /// Actual speed as the speed regulator sees it, in 1/65536 revolution per minute.
+    smoothed_speed: i64,
     /// What the current regulators are asked for, in their unit.
     demand: Dq,
     torque: Pi,
@@ -177,6 +181,7 @@ impl Servo {
             hall_reversed: false,
             encoder_reversed: false,
             absolute_reversed: false,
+            has_absolute: false,
             mirrored: false,
         };
         Self {
@@ -195,6 +200,7 @@ impl Servo {
             wanted_speed: 0,
             velocity_error: 0,
             position_error: 0,
+            smoothed_speed: 0,
             demand: Dq::default(),
             torque: Pi::default(),
             flux: Pi::default(),
@@ -270,6 +276,7 @@ impl Servo {
                 hall_reversed: is_on(self.settings[Foc::HallDirection]),
                 encoder_reversed: is_on(self.settings[Foc::EncoderDirection]),
                 absolute_reversed: is_on(self.settings[Foc::AbsoluteDirection]),
+                has_absolute: is_on(self.settings[Foc::AbsoluteType]),
                 mirrored: is_on(self.settings[Foc::MotorDirection]),
             },
             _ => Reading {

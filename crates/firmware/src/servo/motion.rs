@@ -87,9 +87,9 @@ impl Servo {
         self.target_position
     }
 
-    /// Revolutions per minute.
+    /// Revolutions per minute, in the unit of the parameters.
     pub(crate) fn rpm(&self) -> i32 {
-        self.speed() / RPM
+        self.counted_speed(self.speed())
     }
 
     /// Units of the position per second.
@@ -106,7 +106,7 @@ impl Servo {
     /// Whether the shaft turns.
     pub(crate) fn is_moving(&self) -> bool {
         let halted = self.settings[Shared::HaltedVelocity].max(1);
-        self.speed().unsigned_abs() / RPM as u32 >= halted.unsigned_abs()
+        self.counted_rpm() >= halted.unsigned_abs()
     }
 
     /// Program memory is filled, or no more: the bridge is off meanwhile.
@@ -142,7 +142,7 @@ impl Servo {
     #[inline]
     pub(super) fn turn_open_loop(&mut self) {
         let speed = match self.init.forced() {
-            Some(Forced::OpenLoop) => self.settings[Foc::EncoderInitVelocity].saturating_mul(RPM),
+            Some(Forced::OpenLoop) => self.shaft_speed(self.settings[Foc::EncoderInitVelocity]),
             None if self.is_open_loop() => self.speed_ramp.speed(),
             _ => return,
         };

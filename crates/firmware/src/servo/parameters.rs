@@ -3,9 +3,8 @@
 use opentmcl_catalog::{Block, Foc, Servo as Shared};
 use opentmcl_wire::Status;
 
-use super::sensors::{Source, saturated};
-use super::slow::RPM;
-use super::{Mode, Servo, Surroundings};
+use super::sensors::Source;
+use super::{Mode, STEPPER, Servo, Surroundings};
 
 /// What parameters 230 to 232 read: runs of each loop in a second.
 const MAIN_LOOPS: i32 = super::TICKS_PER_SECOND as i32;
@@ -23,8 +22,8 @@ impl Servo {
             Shared::TargetPosition => self.target_position,
             Shared::ActualPosition => self.external(self.position()),
             Shared::TargetVelocity => self.target_velocity,
-            Shared::ActualVelocity => rounded(self.speed()),
-            Shared::RampVelocity => rounded(self.speed_ramp.speed()),
+            Shared::ActualVelocity => self.counted_speed(self.speed()),
+            Shared::RampVelocity => self.counted_speed(self.speed_ramp.speed()),
             Shared::TargetTorque if self.mode == Mode::Torque => self.target_torque,
             Shared::TargetTorque => self.demand.q.saturating_mul(self.current_unit()),
             Shared::ActualTorque => self.measured.mean.q,
@@ -33,7 +32,7 @@ impl Servo {
             Shared::StatusFlags => self.take_flags(),
             Shared::TorqueError => self.torque.error(),
             Shared::TorqueErrorSum => self.torque.error_sum(self.torque_gains()),
-            Shared::VelocityError => rounded(self.velocity_error),
+            Shared::VelocityError => self.counted_speed(self.velocity_error),
             Shared::VelocityErrorSum => self.velocity.error_sum(self.velocity_gains()),
             Shared::PositionError if self.mode == Mode::Position => {
                 self.external(i64::from(self.position_error))
@@ -267,11 +266,20 @@ impl Servo {
                 self.settings[parameter] = value;
                 self.update_sensors();
             }
+            Foc::AbsoluteType => {
+                let position = self.position();
+                self.settings[parameter] = value;
+                self.update_reading();
+                self.sensors.restart_absolute(&self.senses, &self.reading);
+                self.take_sensors(position);
+            }
             Foc::PositionSensor | Foc::VelocitySensor => {
                 let position = self.position();
                 self.settings[parameter] = value;
                 self.take_sensors(position);
             }
+            // A stepper motor in the coding of the chip, of which the bridge has too few legs.
+            Foc::MotorType if value == STEPPER => return Err(Status::INVALID_VALUE),
             Foc::MotorType | Foc::DriverEnable => {
                 self.settings[parameter] = value;
                 self.update_enabled();
@@ -305,7 +313,6 @@ impl Servo {
             | Foc::ChopperHysteresis
             | Foc::VelocityOffset
             | Foc::TorqueOffset
-            | Foc::AbsoluteType
             | Foc::AbsoluteInitMode
             | Foc::AbsoluteOffset
             | Foc::SwitchEnable
@@ -341,9 +348,4 @@ impl Servo {
         }
         Ok(())
     }
-}
-
-/// Revolutions per minute, from 1/256 of them.
-fn rounded(speed: i32) -> i32 {
-    saturated((i64::from(speed) + i64::from(RPM / 2)).div_euclid(i64::from(RPM)))
 }

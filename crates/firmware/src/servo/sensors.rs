@@ -90,6 +90,8 @@ pub(super) struct Reading {
     pub(super) hall_reversed: bool,
     pub(super) encoder_reversed: bool,
     pub(super) absolute_reversed: bool,
+    /// Whether an absolute encoder is read at all.
+    pub(super) has_absolute: bool,
     /// Whether the motor is seen from its other side, so that everything turns the other way.
     pub(super) mirrored: bool,
 }
@@ -100,7 +102,7 @@ pub(super) struct Sensors {
     pub(super) encoder: Counter,
     encoder_step: FieldStep,
     halls: Counter,
-    absolute: Counter,
+    pub(super) absolute: Counter,
     /// Electrical angle without a sensor, 1/65536 of its unit; all turns since it began.
     pub(super) open_loop: i64,
     hall_counter: HallCounter,
@@ -154,12 +156,11 @@ impl Sensors {
                 self.encoder.step(i32::from(moved) * sign(reading.encoder_reversed));
             }
             let turned = senses.absolute.wrapping_sub(self.absolute_before) as i16;
-            if turned != 0 {
+            if turned != 0 && reading.has_absolute {
                 self.absolute.step(i32::from(turned) * sign(reading.absolute_reversed));
             }
         } else {
-            let first = i32::from(senses.absolute);
-            self.absolute.step(first * sign(reading.absolute_reversed));
+            self.restart_absolute(senses, reading);
             self.started = true;
         }
         self.encoder_before = senses.encoder;
@@ -174,6 +175,16 @@ impl Sensors {
         let age = if self.watched == Source::Halls { senses.hall_age } else { 0 };
         self.tachometer.step(self.counter(self.watched).count(), age);
         has_jumped
+    }
+
+    /// The absolute encoder is read for the first time, or no more.
+    pub(super) fn restart_absolute(&mut self, senses: &Senses, reading: &Reading) {
+        self.absolute = Counter::new(TURN as u32);
+        if reading.has_absolute {
+            let reversed = reading.absolute_reversed != reading.mirrored;
+            let angle = i32::from(senses.absolute);
+            self.absolute.set(if reversed { -angle } else { angle });
+        }
     }
 
     fn hall_edge(&mut self, by: i32) {

@@ -23,11 +23,11 @@ impl Servo {
         let limit = self.settings[Shared::MaxCurrent] / milliamps;
         let q = match self.mode {
             Mode::Stop => {
-                self.velocity.reset();
+                self.rest_velocity();
                 0
             }
             Mode::Torque => {
-                self.velocity.reset();
+                self.rest_velocity();
                 self.target_torque / milliamps
             }
             // The field turns by itself and takes the rotor along.
@@ -41,7 +41,7 @@ impl Servo {
                     self.regulate_position();
                 }
                 let wanted = i64::from(self.wanted_speed) + self.velocity_offset();
-                let error = wanted - i64::from(self.speed());
+                let error = wanted - i64::from(self.filtered_speed());
                 self.velocity_error = saturated(error);
                 let error = error * i64::from(field_turns) / i64::from(self.integral_divisor());
                 let error = error.clamp(-LARGEST_ERROR, LARGEST_ERROR) as i32;
@@ -52,6 +52,25 @@ impl Servo {
         };
         self.demand.q = (q + self.torque_offset() / milliamps).clamp(-limit, limit);
         self.demand.d = (self.target_flux / milliamps).clamp(-limit, limit);
+    }
+
+    /// Nobody asks for a speed: the regulator begins anew with the present one.
+    fn rest_velocity(&mut self) {
+        self.velocity.reset();
+        self.smoothed_speed = i64::from(self.speed()) << 8;
+    }
+
+    /// The measured speed, smoothed by parameter 46 of a TMCM-1636: with n the difference to the present speed falls
+    /// by 1/2^n in each run of the regulator.
+    fn filtered_speed(&mut self) -> i32 {
+        let speed = self.speed();
+        if self.motion != Motion::Foc {
+            return speed;
+        }
+        // 8 more bits, so that no difference is too small to be taken in.
+        let difference = (i64::from(speed) << 8) - self.smoothed_speed;
+        self.smoothed_speed += difference >> self.settings[Foc::VelocityFilter].clamp(0, 8);
+        (self.smoothed_speed >> 8) as i32
     }
 
     /// By how much the integral gain of the speed is smaller than the usual 1/65536 for each run. The regulator of
@@ -98,7 +117,7 @@ impl Servo {
 
     /// Largest speed in 1/256 revolution per minute.
     fn speed_limit(&self) -> i64 {
-        i64::from(self.settings[Shared::MaxVelocity]) * i64::from(RPM)
+        i64::from(self.shaft_speed(self.settings[Shared::MaxVelocity]))
     }
 
     pub(super) fn ramp_is_on(&self) -> bool {
@@ -113,7 +132,7 @@ impl Servo {
 
     /// The ramps, each millisecond.
     pub(super) fn step_ramps(&mut self) {
-        let acceleration = self.settings[Shared::Acceleration].unsigned_abs();
+        let acceleration = self.shaft_limit(self.settings[Shared::Acceleration]);
         let limit = self.settings[Shared::MaxVelocity];
         let actual = saturated(self.position());
         match self.mode {
@@ -122,18 +141,18 @@ impl Servo {
                 self.position_ramp.set(actual, self.speed());
             }
             Mode::Velocity => {
-                let target = self.target_velocity.clamp(-limit, limit);
+                let target = self.shaft_speed(self.target_velocity.clamp(-limit, limit));
                 if self.ramp_is_on() {
-                    let target = target.saturating_mul(RPM);
                     self.speed_ramp.step(target, acceleration, TICKS_PER_SECOND);
                 } else {
-                    self.speed_ramp.set(target.saturating_mul(RPM));
+                    self.speed_ramp.set(target);
                 }
                 self.wanted_speed = self.speed_ramp.speed();
                 self.position_ramp.set(actual, self.wanted_speed);
             }
             Mode::Position if self.position_ramp_is_on() => {
-                let (target, limit) = (self.internal(self.target_position), limit.unsigned_abs());
+                let (target, limit) =
+                    (self.internal(self.target_position), self.shaft_limit(limit));
                 let turn = TURN as u32;
                 let target = saturated(target);
                 self.position_ramp.step(target, limit, acceleration, turn, TICKS_PER_SECOND);
@@ -155,7 +174,7 @@ impl Servo {
 
     fn velocity_offset(&self) -> i64 {
         match self.motion {
-            Motion::Foc => i64::from(self.settings[Foc::VelocityOffset]) * i64::from(RPM),
+            Motion::Foc => i64::from(self.shaft_speed(self.settings[Foc::VelocityOffset])),
             _ => 0,
         }
     }

@@ -11,9 +11,9 @@
 //!   mode, which a motion command ends when the cause is gone.
 
 use opentmcl_catalog::{Block, Foc, Motion, Servo as Shared};
+use opentmcl_motion::servo::hall;
 
 use super::init::State;
-use super::slow::RPM;
 use super::{DISABLED, Mode, NO_MOTOR, Servo, Surroundings};
 
 const OVERCURRENT: u32 = 1 << 0;
@@ -149,14 +149,15 @@ impl Servo {
         let (off, on) = thresholds.overtemperature;
         note(OVERTEMPERATURE, around.temperature >= off, around.temperature < on);
         let halted = self.settings[Shared::HaltedVelocity];
-        let speed = self.speed().unsigned_abs() / RPM as u32;
+        let speed = self.counted_rpm();
         // A speed of 0 is a standstill whatever the parameter says.
         note(HALTED, speed == 0 || speed < halted.unsigned_abs(), true);
         self.status.conditions = conditions;
         if conditions & (UNDERVOLTAGE | OVERVOLTAGE | OVERTEMPERATURE) != 0 {
             self.set_mode(Mode::Stop);
         }
-        if self.uses_halls() && self.sensors.sector.is_none() {
+        let inverted = self.reading.hall_inverted;
+        if self.uses_halls() && hall::sector(self.senses.halls, inverted).is_none() {
             self.latch_hall_error();
         }
         self.update_enabled();
@@ -179,7 +180,7 @@ impl Servo {
         }
         let position = self.external(self.position());
         let distance = i64::from(self.target_position) - i64::from(position);
-        let speed = self.speed().unsigned_abs() / RPM as u32;
+        let speed = self.counted_rpm();
         if distance.unsigned_abs() <= self.settings[Shared::ReachedDistance].unsigned_abs().into()
             && speed <= self.settings[Shared::ReachedVelocity].unsigned_abs()
         {

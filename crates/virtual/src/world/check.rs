@@ -1,6 +1,6 @@
 //! Whether an action can be done to a module.
 
-use opentmcl_catalog::{Module, PortBehaviour};
+use opentmcl_catalog::{Module, Motion, PortBehaviour};
 
 use super::action::{Action, AnalogLevel, Place, Push};
 use crate::scenario::{AxisSetup, StageUnit};
@@ -19,7 +19,8 @@ pub(crate) fn check(
     };
     let machine = |number: u8| {
         let axis = axis(number)?;
-        if axis.machine.is_some() {
+        // A servo module has a motor whatever is said.
+        if axis.machine.is_some() || matches!(model.motion, Motion::Foc | Motion::Block) {
             return Ok(axis);
         }
         Err(format!(
