@@ -24,7 +24,11 @@ impl Servo {
             Shared::TargetVelocity => self.target_velocity,
             Shared::ActualVelocity => self.counted_speed(self.speed()),
             Shared::RampVelocity => self.counted_speed(self.speed_ramp.speed()),
-            Shared::TargetTorque if self.mode == Mode::Torque => self.target_torque,
+            // At once, and not with the next run of the regulators only.
+            Shared::TargetTorque if self.mode == Mode::Torque => {
+                let limit = self.settings[Shared::MaxCurrent];
+                self.target_torque.clamp(-limit, limit)
+            }
             Shared::TargetTorque => self.demand.q.saturating_mul(self.current_unit()),
             Shared::ActualTorque => self.measured.mean.q,
             Shared::SupplyVoltage => i32::from(self.senses.supply) / 10,
