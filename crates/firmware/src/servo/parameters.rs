@@ -343,6 +343,6 @@ impl Servo {
 }
 
 /// Revolutions per minute, from 1/256 of them.
-fn rounded(speed: i32) -> i32 {
+pub(super) fn rounded(speed: i32) -> i32 {
     saturated((i64::from(speed) + i64::from(RPM / 2)).div_euclid(i64::from(RPM)))
 }
