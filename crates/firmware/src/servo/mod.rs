@@ -467,6 +467,8 @@ impl<B: Board> Module<B> {
             self.behave(Behaviour::at_start(stored, reading));
         }
         self.servo.senses = self.board.sense(SERVO_AXIS);
+        // Halls that nobody has looked at would be in no sector.
+        self.servo.sensors.step(&self.servo.senses, &self.servo.reading);
         let around = self.surroundings();
         self.servo.step_status(&around);
     }
