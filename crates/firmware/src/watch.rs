@@ -157,17 +157,17 @@ impl Before {
 /// A servo axis at present, as its parameters tell it, without what reading them would clear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ServoState {
-    /// Target position (parameter 0), in the unit of the position parameters.
+    /// Target position, in the unit of the position parameters.
     pub target_position: i32,
     /// Where the ramp of the position is, in the same unit; the actual position without a ramp.
     pub ramp_position: i32,
-    /// Actual position (parameter 1).
+    /// Actual position.
     pub position: i32,
-    /// Target speed (parameter 2) in revolutions per minute.
+    /// Target speed in revolutions per minute.
     pub target_speed: i32,
     /// What the ramp of the speed asks for, in revolutions per minute.
     pub ramp_speed: i32,
-    /// Actual speed (parameter 3) in revolutions per minute.
+    /// Actual speed in revolutions per minute.
     pub speed: i32,
     /// Current that makes the torque in mA, as the regulator is asked for it.
     pub target_torque: i32,
