@@ -165,6 +165,7 @@ mod tests {
                 positions: vec![at, at],
                 speeds: vec![0, 0],
                 machines: vec![None, Some(machine)],
+                servos: vec![None, None],
             }
         };
         (0..=10).map(|at| sampled(at * 100)).collect()
