@@ -73,6 +73,13 @@ pub enum Motion {
     Block,
 }
 
+impl Motion {
+    /// Whether the regulators of a servo motor are in the firmware.
+    pub const fn is_servo(self) -> bool {
+        matches!(self, Self::Foc | Self::Block)
+    }
+}
+
 /// One rated value of a module, for people.
 #[derive(Debug)]
 pub struct Rating {

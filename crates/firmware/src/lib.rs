@@ -65,4 +65,4 @@ pub use cpu::{ErrorFlags, Flags, Mode};
 pub use direct::Answer;
 pub use line::{Line, Port};
 pub use module::{Config, Module};
-pub use watch::{Executed, ProgramState};
+pub use watch::{Executed, ProgramState, ServoState};

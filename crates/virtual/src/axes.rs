@@ -1,15 +1,16 @@
 //! The axes of a board, with the chips that its module has.
 
 use opentmcl_catalog::{Module, Motion};
-use opentmcl_firmware::Power;
 use opentmcl_plant::axis::{Axis, Influence, SwitchInput, View};
 use opentmcl_plant::machine::Machine;
+use opentmcl_plant::servo;
 use opentmcl_plant::steppers::{DRIVER, Steppers};
 use opentmcl_plant::tmc26x::LOW_SENSE_VOLTAGE;
 use opentmcl_plant::tmc5160::registers::DRV_STATUS;
 use opentmcl_wire::Instant;
 
-use crate::servo::ServoAxis;
+use crate::scenario::{MachineSetup, ServoSetup};
+use crate::servo::{ServoAxis, translated};
 
 /// What moves.
 #[derive(Clone, Debug)]
@@ -23,23 +24,34 @@ pub(crate) enum Axes {
 }
 
 impl Axes {
-    /// The axes of a module, with these machines behind them by number; those without one follow every step.
-    pub(crate) fn new(model: &Module, mut machines: Vec<Option<Machine>>) -> Self {
+    /// The axes of a module, with these machines behind them by number. Stepper axes without one follow every step,
+    /// a servo axis without one has its usual one; machines with a motor of the other kind count as none.
+    pub(crate) fn new(model: &Module, machines: Vec<Option<MachineSetup>>) -> Self {
+        if model.motion.is_servo() {
+            let servo = machines.into_iter().flatten().find_map(|machine| match machine {
+                MachineSetup::Servo(servo) => Some(*servo),
+                MachineSetup::Stepper(_) => None,
+            });
+            let servo = servo.unwrap_or_else(ServoSetup::usual);
+            return Self::Servo(Box::new(ServoAxis::new(model, servo)));
+        }
+        let stepper = |machine| match machine {
+            Some(MachineSetup::Stepper(machine)) => Some(machine),
+            _ => None,
+        };
+        let mut machines: Vec<Option<Machine>> = machines.into_iter().map(stepper).collect();
         machines.resize(usize::from(model.axes), None);
         let full_scale = f64::from(model.peak_current_ma) / 1000.0;
         let axis = |machine: Option<Machine>| match machine {
             Some(machine) => Axis::with_machine(machine, full_scale),
             None => Axis::new(),
         };
-        match model.motion {
-            Motion::Tmc5160 => Self::Tmc5160(machines.into_iter().map(axis).collect()),
-            Motion::Tmc429 => {
-                // The module's currents are those with the low sense voltage.
-                let full_scale = full_scale * 256.0 / f64::from(LOW_SENSE_VOLTAGE);
-                Self::Tmc429(Steppers::with_machines(machines, full_scale))
-            }
-            Motion::Foc | Motion::Block => Self::Servo(Box::new(ServoAxis::new(model, None))),
+        if model.motion == Motion::Tmc429 {
+            // The module's currents are those with the low sense voltage.
+            let full_scale = full_scale * 256.0 / f64::from(LOW_SENSE_VOLTAGE);
+            return Self::Tmc429(Steppers::with_machines(machines, full_scale));
         }
+        Self::Tmc5160(machines.into_iter().map(axis).collect())
     }
 
     pub(crate) fn next_event(&mut self, axis: u8, now: Instant) -> Option<Instant> {
@@ -76,7 +88,11 @@ impl Axes {
                 }
             }
             Self::Tmc429(steppers) => steppers.influence(axis, influence, now),
-            Self::Servo(servo) => servo.influence(influence, now),
+            Self::Servo(servo) => {
+                if let Some(influence) = translated(influence) {
+                    servo.influence(influence, now);
+                }
+            }
         }
     }
 
@@ -94,7 +110,9 @@ impl Axes {
                 }
             }
             Self::Tmc429(steppers) => steppers.hold_switch(axis, switch, held, now),
-            Self::Servo(_) => {}
+            Self::Servo(servo) => {
+                servo.influence(servo::Influence::Switch(switch, held), now);
+            }
         }
     }
 
@@ -108,11 +126,12 @@ impl Axes {
         }
     }
 
+    /// What a stepper axis really does.
     pub(crate) fn view(&mut self, axis: u8, now: Instant) -> Option<View> {
         match self {
             Self::Tmc5160(axes) => axes.get_mut(usize::from(axis)).map(|axis| axis.view(now)),
             Self::Tmc429(steppers) => steppers.view(axis, now),
-            Self::Servo(servo) => Some(servo.view(now)),
+            Self::Servo(_) => None,
         }
     }
 
@@ -125,14 +144,6 @@ impl Axes {
             Self::Servo(_) => 0,
         };
         flags & 0x7F
-    }
-
-    pub(crate) fn machine(&self, axis: u8) -> Option<&Machine> {
-        match self {
-            Self::Tmc5160(axes) => axes.get(usize::from(axis))?.machine(),
-            Self::Tmc429(steppers) => steppers.machine(axis),
-            Self::Servo(_) => None,
-        }
     }
 
     pub(crate) fn read(&mut self, axis: u8, address: u8, now: Instant) -> u32 {
@@ -161,7 +172,7 @@ impl Axes {
         match self {
             Self::Tmc5160(axes) => axes.iter_mut().for_each(|axis| axis.reset(now)),
             Self::Tmc429(steppers) => steppers.reset(now),
-            Self::Servo(servo) => servo.drive(&Power::default(), now),
+            Self::Servo(servo) => servo.reset(now),
         }
     }
 

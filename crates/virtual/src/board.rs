@@ -4,11 +4,12 @@ use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, Port as PortRow, PortBehaviour};
 use opentmcl_firmware::{Analog, Board, Power, Senses};
 use opentmcl_plant::axis::{Influence, SwitchInput, View};
-use opentmcl_plant::machine::Machine;
+use opentmcl_plant::servo;
 use opentmcl_wire::Instant;
 
 use crate::axes::Axes;
 use crate::flash::MemoryFlash;
+use crate::scenario::MachineSetup;
 use crate::world::AnalogLevel;
 
 /// Largest reading of an analog input.
@@ -44,13 +45,19 @@ enum Foreseen {
 }
 
 impl<F> VirtualBoard<F> {
-    /// A board for a module, with nothing connected to its pins and motors that follow every step.
+    /// A board for a module, with nothing connected to its pins and motors that follow every step, or the usual
+    /// machine of a servo module.
     pub fn new(model: &'static Module, flash: F) -> Self {
         Self::with_machines(model, Vec::new(), flash)
     }
 
-    /// A board with these machines behind its axes, by number; those without one follow every step.
-    pub fn with_machines(model: &'static Module, machines: Vec<Option<Machine>>, flash: F) -> Self {
+    /// A board with these machines behind its axes, by number; without one, an axis is as in
+    /// [`VirtualBoard::new`].
+    pub fn with_machines(
+        model: &'static Module,
+        machines: Vec<Option<MachineSetup>>,
+        flash: F,
+    ) -> Self {
         let at_rest = |behaviour| {
             let mut rows = model.ports.iter();
             rows.find(|row| row.behaviour == behaviour).map_or(0, |row| row.default)
@@ -156,6 +163,14 @@ impl<F> VirtualBoard<F> {
         self.axes.influence(axis, influence, now);
     }
 
+    /// Does something that only the machine of a servo axis knows.
+    pub(crate) fn influence_servo(&mut self, influence: servo::Influence) {
+        let now = self.now;
+        if let Some(servo) = self.axes.servo() {
+            servo.influence(influence, now);
+        }
+    }
+
     /// Holds a switch actuated or not actuated, or leaves it to the stage again.
     pub(crate) fn hold_switch(&mut self, axis: u8, switch: SwitchInput, held: Option<bool>) {
         let now = self.now;
@@ -169,7 +184,7 @@ impl<F> VirtualBoard<F> {
         }
     }
 
-    /// What an axis really does at this time; none if there is no such axis.
+    /// What a stepper axis really does at this time; none if there is no such axis.
     pub fn view(&mut self, axis: u8, now: Instant) -> Option<View> {
         self.axes.view(axis, now)
     }
@@ -180,9 +195,9 @@ impl<F> VirtualBoard<F> {
         self.axes.driver_flags(axis, now)
     }
 
-    /// The machine behind an axis; none if it moves in empty space or if there is no such axis.
-    pub fn machine(&self, axis: u8) -> Option<&Machine> {
-        self.axes.machine(axis)
+    /// What a servo axis really does at this time; none if there is no such axis.
+    pub fn servo_view(&mut self, axis: u8, now: Instant) -> Option<servo::View> {
+        if axis == 0 { self.axes.servo().map(|servo| servo.view(now)) } else { None }
     }
 
     /// Levels of the general purpose outputs, bit n for output n.

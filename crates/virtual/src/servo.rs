@@ -2,17 +2,14 @@
 
 use opentmcl_catalog::{AxisBehaviour, Foc, Module, Motion};
 use opentmcl_firmware::{Power, Senses};
-use opentmcl_plant::axis::{self, Rotor};
-use opentmcl_plant::servo::{
-    Influence, Machine, Motor, Sensing, Servo, SingleShunt, TwoShunt, motor,
-};
+use opentmcl_plant::axis;
+use opentmcl_plant::servo::{Influence, Noise, Sensing, Servo, SingleShunt, TwoShunt, View};
 use opentmcl_wire::{Duration, Instant};
+
+use crate::scenario::ServoSetup;
 
 /// Distance of two control interrupts.
 const CONTROL_PERIOD: Duration = Duration::from_micros(50);
-
-/// The motor of a module about whose machine nothing is said.
-const USUAL_MOTOR: &str = "qbl4208-61-04-013";
 
 /// Current of a count of the two-shunt converters in mA.
 const TWO_SHUNT_MA: f64 = 2.0;
@@ -26,19 +23,16 @@ pub(crate) struct ServoAxis {
 }
 
 impl ServoAxis {
-    /// The machine of a module; the usual motor, which turns nothing but itself, if none is given.
-    pub(crate) fn new(model: &Module, machine: Option<Machine>) -> Self {
-        let machine = machine.unwrap_or_else(usual_machine);
-        let sensing = sensing(model);
-        Self { servo: Servo::new(machine, sensing), sensed: Instant::from_ticks(0) }
+    /// The machine of a module.
+    pub(crate) fn new(model: &Module, setup: ServoSetup) -> Self {
+        let sensing = sensing(model, setup.noise);
+        Self { servo: Servo::new(setup.machine, sensing), sensed: Instant::from_ticks(0) }
     }
 
     /// What the control interrupt reads. While it slept, the machine did nothing that it could have seen.
     #[inline]
     pub(crate) fn sense(&mut self, senses: &mut Senses, now: Instant) {
-        if now > self.sensed + CONTROL_PERIOD {
-            self.servo.skip(now - CONTROL_PERIOD);
-        }
+        self.catch_up(now);
         self.sensed = now;
         *senses = self.servo.sense(now);
     }
@@ -48,13 +42,19 @@ impl ServoAxis {
         self.servo.drive(*power, now);
     }
 
+    /// The module has been reset: the motor is let go.
+    pub(crate) fn reset(&mut self, now: Instant) {
+        self.catch_up(now);
+        self.servo.drive(Power::default(), now);
+    }
+
     pub(crate) fn is_still(&self) -> bool {
         self.servo.is_still()
     }
 
     /// Voltage at the bridge in volt.
     pub(crate) fn supply(&self, now: Instant) -> f64 {
-        self.servo.view(now).bus
+        self.view(now).bus
     }
 
     /// Temperatures of motor and driver in degrees Celsius.
@@ -67,47 +67,43 @@ impl ServoAxis {
         self.servo.switches(now)
     }
 
-    /// Does to the machine what is done to that of a stepper; coils and safe-torque-off inputs it has none.
-    pub(crate) fn influence(&mut self, influence: axis::Influence, now: Instant) {
-        let influence = match influence {
-            axis::Influence::Supply(volts) => Influence::SourceVoltage(volts),
-            axis::Influence::DriverTemperature(celsius) => Influence::DriverTemperature(celsius),
-            axis::Influence::Torque(torque) => Influence::Torque(torque),
-            axis::Influence::Blocked(blocked) => Influence::Blocked(blocked),
-            axis::Influence::Position(fine_steps) => Influence::Position(fine_steps),
-            axis::Influence::TorqueAllowed(_) | axis::Influence::Coil(..) => return,
-        };
+    /// Does something to the machine.
+    pub(crate) fn influence(&mut self, influence: Influence, now: Instant) {
+        self.catch_up(now);
         self.servo.influence(influence, now);
     }
 
-    /// What the axis really does, in the terms that all axes share.
-    pub(crate) fn view(&self, now: Instant) -> axis::View {
-        let view = self.servo.view(now);
-        let turning = view.speed / 60.0 * f64::from(1 << 16);
-        axis::View {
-            rotor: view.rotor,
-            stage: view.stage,
-            speed: turning,
-            load_angle: 0.0,
-            load: 0.0,
-            stallguard: 0,
-            current: view.amplitude,
-            lost_steps: 0,
-            state: if view.amplitude == 0.0 { Rotor::Free } else { Rotor::Following },
-            switches: view.switches,
+    /// What the axis really does.
+    pub(crate) fn view(&self, now: Instant) -> View {
+        self.servo.view(now)
+    }
+
+    /// While the control interrupt sleeps nobody asks for anything; the machine catches up before it is touched.
+    #[inline]
+    fn catch_up(&mut self, now: Instant) {
+        if now > self.sensed + CONTROL_PERIOD {
+            self.servo.skip(now - CONTROL_PERIOD);
         }
     }
 }
 
-fn usual_machine() -> Machine {
-    let motor = motor::preset(USUAL_MOTOR).unwrap_or(motor::PRESETS[0].motor);
-    Machine::new(Motor::Brushless(motor))
+/// What is done to the machine of any axis, as that of a servo axis knows it. Coils and safe-torque-off inputs
+/// it has none.
+pub(crate) fn translated(influence: axis::Influence) -> Option<Influence> {
+    Some(match influence {
+        axis::Influence::Supply(volts) => Influence::SourceVoltage(volts),
+        axis::Influence::DriverTemperature(celsius) => Influence::DriverTemperature(celsius),
+        axis::Influence::Torque(torque) => Influence::Torque(torque),
+        axis::Influence::Blocked(blocked) => Influence::Blocked(blocked),
+        axis::Influence::Position(fine_steps) => Influence::Position(fine_steps),
+        axis::Influence::TorqueAllowed(_) | axis::Influence::Coil(..) => return None,
+    })
 }
 
 /// How a module measures its currents: as its factory settings say.
-fn sensing(model: &Module) -> Sensing {
+fn sensing(model: &Module, noise: Noise) -> Sensing {
     if model.motion == Motion::Block {
-        return Sensing::SingleShunt(SingleShunt::default());
+        return Sensing::SingleShunt(SingleShunt { noise, ..SingleShunt::default() });
     }
     let offset = |effect| {
         let mut rows = model.axis_parameters.iter();
@@ -117,6 +113,7 @@ fn sensing(model: &Module) -> Sensing {
     Sensing::TwoShunt(TwoShunt {
         offset: [offset(Foc::AdcOffsetA), offset(Foc::AdcOffsetB)],
         milliamps_per_count: TWO_SHUNT_MA,
+        noise,
         ..TwoShunt::default()
     })
 }

@@ -4,6 +4,8 @@ use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, PortBehaviour};
 use opentmcl_virtual::{MachineSample, Sample, VirtualModule};
 
+use super::servo::{PARAMETERS, REALITY};
+
 use crate::time;
 
 /// Value of a column in one sample.
@@ -73,7 +75,13 @@ impl Columns {
         let model = module.model();
         let machines = (0..model.axes).filter(|&axis| module.has_machine(axis));
         let mut columns = Self::without_machines(model, rate, variables);
-        machines.for_each(|axis| columns.add_machine(axis));
+        machines.for_each(|axis| {
+            if model.motion.is_servo() {
+                columns.add_servo(axis);
+            } else {
+                columns.add_machine(axis);
+            }
+        });
         if with_inputs {
             columns.add_inputs();
         }
@@ -83,13 +91,17 @@ impl Columns {
     pub(super) fn without_machines(model: &'static Module, rate: u32, variables: &[u8]) -> Self {
         let mut all = Self { columns: Vec::new(), model, rate };
         all.add(None, "time", "s", Kind::Real, |sample| Value::Real(time::number(sample.time)));
+        let (position, speed) = match model.motion.is_servo() {
+            true => ("units", "rpm"),
+            false => ("microsteps", "pps"),
+        };
         for axis in 0..model.axes {
-            all.add(Some(axis), "position", "microsteps", Kind::Whole, move |sample| {
+            all.add(Some(axis), "position", position, Kind::Whole, move |sample| {
                 whole(sample.positions.get(usize::from(axis)))
             });
         }
         for axis in 0..model.axes {
-            all.add(Some(axis), "speed", "pps", Kind::Whole, move |sample| {
+            all.add(Some(axis), "speed", speed, Kind::Whole, move |sample| {
                 whole(sample.speeds.get(usize::from(axis)))
             });
         }
@@ -113,6 +125,20 @@ impl Columns {
             self.add(Some(axis), field, unit, kind, move |sample| {
                 match (sample.machines.get(usize::from(axis)).copied().flatten(), kind) {
                     (Some(machine), _) => of(&machine),
+                    (None, Kind::Whole) => Value::Whole(0),
+                    (None, Kind::Real) => Value::Real(0.0),
+                    (None, Kind::Level) => Value::Level(false),
+                }
+            });
+        }
+    }
+
+    /// Adds the columns of a servo axis: what its parameters tell, and what its machine really does.
+    pub(super) fn add_servo(&mut self, axis: u8) {
+        for (field, unit, kind, of) in PARAMETERS.iter().chain(&REALITY).copied() {
+            self.add(Some(axis), field, unit, kind, move |sample| {
+                match (sample.servos.get(usize::from(axis)).and_then(Option::as_ref), kind) {
+                    (Some(servo), _) => of(servo),
                     (None, Kind::Whole) => Value::Whole(0),
                     (None, Kind::Real) => Value::Real(0.0),
                     (None, Kind::Level) => Value::Level(false),

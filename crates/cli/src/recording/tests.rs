@@ -50,6 +50,7 @@ fn sample(number: u32) -> Sample {
         outputs: u8::try_from(number % 256).unwrap(),
         variables: vec![i32::MIN + n],
         machines: vec![None, Some(machine), None, None, None, None],
+        servos: vec![None; 6],
         inputs: u8::try_from(number / 256 % 256).unwrap(),
         analog: (0..6).map(|input| n % 4096 - input).collect(),
     }

@@ -9,6 +9,7 @@
 //! - `sensors`: where the rotor is; `init`: how an incremental encoder learns it.
 //! - `status`: flags, and what switches the bridge off; `outputs`: brake and brake chopper.
 //! - `motion`: motion commands; `switches`: reference switches.
+//! - `watched`: what those see who look on.
 //! - `behaviour`: who commands a TMCM-1613.
 //! - `settings`, `parameters`: axis parameters; `units`: what their speeds count.
 //!
@@ -33,6 +34,7 @@ mod slow;
 mod status;
 mod switches;
 mod units;
+mod watched;
 
 use opentmcl_catalog::{Block, Foc, Globals, Motion, Servo as Shared};
 use opentmcl_motion::servo::pi::Pi;
@@ -394,7 +396,7 @@ impl<B: Board> Module<B> {
     /// Whether the axis is a servo axis.
     #[inline]
     pub(crate) fn has_servo(&self) -> bool {
-        matches!(self.model.motion, Motion::Foc | Motion::Block)
+        self.model.motion.is_servo()
     }
 
     /// Runs all control interrupts that are due until a time.

@@ -126,7 +126,7 @@ impl Servo {
 
     /// A TMCM-1636 moves a position along a ramp and follows it; a TMCM-1613 sends the speed that its position
     /// regulator asks for through the ramp of the velocity mode.
-    fn position_ramp_is_on(&self) -> bool {
+    pub(super) fn position_ramp_is_on(&self) -> bool {
         self.motion == Motion::Foc && self.ramp_is_on()
     }
 

@@ -64,13 +64,18 @@ pub(super) struct Status {
 impl Servo {
     /// The value of parameter 156. Reading it clears what has been latched.
     pub(super) fn take_flags(&mut self) -> i32 {
-        let status = &mut self.status;
-        let flags = status.conditions | status.latched | self.mode.flag();
+        let flags = self.flags();
         let keeps = if self.motion == Motion::Block { DRIVER_ERROR } else { 0 };
-        status.latched &= keeps;
+        self.status.latched &= keeps;
+        flags as i32
+    }
+
+    /// The same without clearing anything.
+    pub(super) fn flags(&self) -> u32 {
+        let status = &self.status;
         let end = if status.reached { POSITION_END } else { 0 };
         let ready = if self.is_initialized() { INITIALIZED } else { 0 };
-        (flags | end | ready) as i32
+        status.conditions | status.latched | self.mode.flag() | end | ready
     }
 
     fn is_initialized(&self) -> bool {

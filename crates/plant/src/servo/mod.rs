@@ -37,6 +37,7 @@ use std::sync::Arc;
 use opentmcl_motion::Instant;
 use opentmcl_motion::servo::{PERIOD_TICKS, Power, Senses};
 
+use crate::axis::SwitchInput;
 use crate::machine::{Encoder, Load, Stage, Switches};
 use sensing::Converters;
 use sensors::Sensors;
@@ -129,6 +130,8 @@ pub enum Influence {
     DriverFault(bool),
     /// Takes the wire of a motor phase, 0 to 2, off, or puts it on.
     PhaseOpen(u8, bool),
+    /// Holds a switch actuated or not actuated, or leaves it to the stage again.
+    Switch(SwitchInput, Option<bool>),
 }
 
 /// A machine in motion.

@@ -8,7 +8,7 @@ use super::sensors::{Faults, Memory};
 use super::step::{Dynamics, Inputs};
 use super::thermal::Temperatures;
 use super::{Influence, SECONDS_PER_TICK, Setup, WINDOW_TICKS};
-use crate::axis::Contact;
+use crate::axis::{Contact, SwitchInput};
 
 /// Positions farther away, in fine steps, are none to which a hand moves a rotor.
 const FARTHEST: f64 = 1e12;
@@ -170,11 +170,23 @@ impl State {
                     *phase = open;
                 }
             }
+            Influence::Switch(switch, held) => self.hold(switch, held),
         }
         // What follows from faults, wires that are off, position and speed.
         let legs = &mut self.inputs.legs;
         legs.drive(setup.plan.winding.wiring, legs.told);
         setup.plan.look_ahead(&mut self.dynamics);
+    }
+
+    fn hold(&mut self, switch: SwitchInput, held: Option<bool>) {
+        let [left, right, home] = &mut self.contacts;
+        let contact = match switch {
+            SwitchInput::Left => left,
+            SwitchInput::Right => right,
+            SwitchInput::Home => home,
+        };
+        contact.hold(held);
+        self.has_switches = true;
     }
 
     fn put(&mut self, setup: &Setup, position: f64) {
