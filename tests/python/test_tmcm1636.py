@@ -242,3 +242,22 @@ def test_settings_survive_the_power_if_they_are_stored(serve, tmp_path):
         motor = TMCM1636(connection).motors[0]
         assert motor.drive_settings.max_current == 1234
         assert motor.linear_ramp.max_velocity == 4000
+
+
+def test_end_switches_stop_the_motor(bench):
+    """The example `hall_endstop`."""
+    stand = bench("tmcm-1636.toml")
+    motor = configured(stand.connection, TMCM1636._MotorTypeA.ENUM.COMM_MODE_DIGITAL_HALL).motors[0]
+    motor.set_axis_parameter(motor.AP.ReferenceSwitchEnable, 3)
+    motor.set_axis_parameter(motor.AP.ReferenceSwitchPolarity, 0)
+    for speed, side, switch in (
+        (500, "right", motor.AP.RightStopSwitch),
+        (-500, "left", motor.AP.LeftStopSwitch),
+    ):
+        motor.rotate(speed)
+        wait_until(lambda: abs(motor.actual_velocity - speed) < 50, 1, f"turning {side}")
+        assert motor.get_axis_parameter(switch) == 0
+        stand.world.do(f"press {side} axis 0")
+        assert motor.get_axis_parameter(switch) == 1
+        wait_until(lambda: abs(motor.actual_velocity) < 50, 1, "the switch stops it")
+    motor.rotate(0)
