@@ -68,7 +68,7 @@ conform: program ## Run the transcripts and count what they cover
 	$(TARGET)/debug/tmcl conform --coverage
 
 .PHONY: test-python
-test-python: program venv ## Run the client tests with PyTrinamic
+test-python: program venv ## Run the client tests with PyTrinamic, and the motor model beside another
 	$(call heading,client tests)
 	TMCL=$(TARGET)/debug/tmcl $(PYTHON) -m pytest tests/python
 
@@ -118,11 +118,11 @@ bench: venv ## Measure, print a table and write target/bench/summary.json
 	TMCL=$(TARGET)/release/tmcl BENCH=$(TARGET)/release/opentmcl-bench $(PYTHON) bench/run.py
 
 .PHONY: venv
-venv: $(VENV)/installed ## Install Python with PyTrinamic in .venv
+venv: $(VENV)/installed ## Install Python with PyTrinamic and simulators in .venv
 
-$(VENV)/installed: tests/python/requirements.txt
+$(VENV)/installed: tests/python/requirements.txt tests/python/simulators.txt
 	$(call heading,Python environment)
-	tools/make-venv.sh $(VENV) $<
+	tools/make-venv.sh $(VENV) $^
 	@touch $@
 
 .PHONY: clean
