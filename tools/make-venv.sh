@@ -12,7 +12,7 @@ if ! python3 -c 'import ensurepip, venv' 2>/dev/null; then
 fi
 python3 -m venv "$folder"
 for requirements; do
-  options=()
-  if [ "$(basename "$requirements")" = simulators.txt ]; then options+=(--no-deps); fi
-  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check "${options[@]}" -r "$requirements"
+  alone=
+  if [ "$(basename "$requirements")" = simulators.txt ]; then alone=--no-deps; fi
+  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check $alone -r "$requirements"
 done
