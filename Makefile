@@ -111,7 +111,7 @@ docs-check: program venv ## Check the documentation: API docs, links, and that e
 	TMCL=$(TARGET)/debug/tmcl python3 tools/check_docs.py --python $(PYTHON)
 
 .PHONY: bench
-bench: venv ## Measure, print a table and write target/bench/summary.json
+bench: $(VENV)/installed-bench ## Measure, print a table and write target/bench/summary.json
 	$(call heading,build)
 	cargo build --locked --release -p opentmcl-cli -p opentmcl-bench
 	$(call heading,measure)
@@ -123,6 +123,12 @@ venv: $(VENV)/installed ## Install Python with PyTrinamic and simulators in .ven
 $(VENV)/installed: tests/python/requirements.txt tests/python/simulators.txt
 	$(call heading,Python environment)
 	tools/make-venv.sh $(VENV) $^
+	@touch $@
+
+# What only `make bench` needs.
+$(VENV)/installed-bench: bench/simulators.txt $(VENV)/installed
+	$(call heading,further simulators)
+	tools/make-venv.sh $(VENV) $<
 	@touch $@
 
 .PHONY: clean
