@@ -247,7 +247,7 @@ SERVO_ROUNDS = 3
 
 
 def servo_beside_simulators():
-    """The best of some turns of each, which on a busy machine is the one disturbed least."""
+    """The best of some turns of each, by the time of the processor."""
     program = ROOT / "bench" / "reference" / "servo_simulators.py"
     best = {name: 0 for name in SIMULATORS}
     ours = []
