@@ -357,6 +357,7 @@ impl Servo {
     }
 
     /// The electrical angle by a sensor, its offset included.
+    #[inline]
     fn angle_of(&self, source: Source) -> u16 {
         let pole_pairs = self.reading.pole_pairs;
         if self.motion != Motion::Foc {

@@ -270,8 +270,8 @@ impl Sensors {
 fn tachometer(source: Source, encoder_steps: u32, pole_pairs: u32) -> Tachometer {
     match source {
         Source::Halls | Source::OpenLoop => Tachometer::new(6 * pole_pairs, 0, 6),
-        Source::Encoder => Tachometer::new(encoder_steps, 3, 7),
-        Source::Absolute => Tachometer::new(TURN as u32, 3, 7),
+        Source::Encoder => Tachometer::new(encoder_steps, 5, 4),
+        Source::Absolute => Tachometer::new(TURN as u32, 5, 4),
     }
 }
 
