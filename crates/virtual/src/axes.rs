@@ -36,7 +36,7 @@ impl Axes {
             return Self::Servo(Box::new(ServoAxis::new(model, servo)));
         }
         let stepper = |machine| match machine {
-            Some(MachineSetup::Stepper(machine)) => Some(machine),
+            Some(MachineSetup::Stepper(machine)) => Some(*machine),
             _ => None,
         };
         let mut machines: Vec<Option<Machine>> = machines.into_iter().map(stepper).collect();

@@ -30,6 +30,7 @@ pub mod flash;
 pub mod lab;
 mod module;
 mod quantity;
+mod reality;
 pub mod recording;
 pub mod scenario;
 mod servo;

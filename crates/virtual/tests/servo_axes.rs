@@ -330,3 +330,29 @@ fn a_module_does_not_start_with_an_error_of_its_halls() {
         assert_eq!(ask(&mut module, "GAP 156, 0") >> 5 & 1, 0, "{model}");
     }
 }
+
+/// Everything that is to be seen after a motion with this noise, looked at so many times on the way.
+fn noisy(noise: &str, looks: u64) -> String {
+    let axis = "[[module.axis]]\naxis = 0\nmotor = \"qbl4208-61-04-013\"\n";
+    let mut module = set_up(&format!("{axis}noise = {noise}\n"));
+    ask(&mut module, "ROR 0, 800");
+    let start = module.now();
+    for look in 1..=looks {
+        module.advance_to(start + Duration::from_ticks(16_000_000 * look / looks));
+        module.view(0);
+        module.servo_view(0);
+        module.servo_state(0);
+        module.stage(0);
+    }
+    act(&mut module, "load axis 0 -20 mNm");
+    module.advance(Duration::from_millis(100));
+    format!("{:?} {:?}", module.servo_view(0), module.servo_state(0))
+}
+
+#[test]
+fn noise_follows_from_its_seed_and_looking_at_it_changes_nothing() {
+    let once = noisy("{ counts = 4, seed = 1 }", 1);
+    assert_eq!(noisy("{ counts = 4, seed = 1 }", 777), once);
+    assert_ne!(noisy("{ counts = 4, seed = 2 }", 1), once);
+    assert_eq!(noisy("{ counts = 0 }", 777), noisy("{ counts = 0, seed = 5 }", 1));
+}

@@ -111,7 +111,7 @@ fn machine<'a>(
     let load = load?;
     let machine = match motor? {
         AxisMotor::Stepper(motor) => {
-            MachineSetup::Stepper(Machine { motor, load, stage, switches, encoder })
+            MachineSetup::Stepper(Box::new(Machine { motor, load, stage, switches, encoder }))
         }
         AxisMotor::Servo(motor) => {
             let bare = servo::Machine::new(motor);

@@ -72,7 +72,7 @@ pub struct AxisSetup {
 #[derive(Clone, Debug, PartialEq)]
 pub enum MachineSetup {
     /// A stepper motor.
-    Stepper(Machine),
+    Stepper(Box<Machine>),
     /// A servo motor.
     Servo(Box<ServoSetup>),
 }
