@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         let legs = [Leg::Duty(a.parse()?), Leg::Duty(b.parse()?), Leg::Duty(c.parse()?)];
         servo.influence(Influence::Torque(torque.parse()?), now);
-        servo.drive(Power { legs, ..Power::default() }, now);
+        servo.drive(&Power { legs, ..Power::default() }, now);
         now = Instant::from_ticks(now.as_ticks() + PERIOD_TICKS);
         servo.come_to(now);
         let view = servo.view(now);

@@ -39,13 +39,13 @@ impl ServoAxis {
 
     #[inline]
     pub(crate) fn drive(&mut self, power: &Power, now: Instant) {
-        self.servo.drive(*power, now);
+        self.servo.drive(power, now);
     }
 
     /// The module has been reset: the motor is let go.
     pub(crate) fn reset(&mut self, now: Instant) {
         self.catch_up(now);
-        self.servo.drive(Power::default(), now);
+        self.servo.drive(&Power::default(), now);
     }
 
     pub(crate) fn is_still(&self) -> bool {

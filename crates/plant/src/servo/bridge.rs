@@ -181,7 +181,10 @@ impl Legs {
 
     /// Drives them like this.
     #[inline(always)]
-    pub(super) fn drive(&mut self, wiring: Wiring, told: [Leg; 3]) {
+    pub(super) fn drive(&mut self, wiring: Wiring, told: &[Leg; 3]) {
+        // One by one: whoever told it has just written them one by one, and a processor stumbles over reading
+        // together what has been written apart.
+        let told = told.each_ref().map(|leg| *leg);
         self.told = told;
         if self.fault || self.cut != [false; 3] {
             self.usual = Usual::Other;

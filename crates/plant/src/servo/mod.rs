@@ -177,7 +177,7 @@ impl Servo {
 
     /// Drives bridge, chopper and brake like this from `now` on.
     #[inline]
-    pub fn drive(&mut self, power: Power, now: Instant) {
+    pub fn drive(&mut self, power: &Power, now: Instant) {
         self.come_to(now);
         self.state.drive(&self.setup, power);
     }

@@ -163,7 +163,7 @@ mod tests {
 
     fn legs(legs: [Leg; 3]) -> Legs {
         let mut driven = Legs::new();
-        driven.drive(Wiring::Star, legs);
+        driven.drive(Wiring::Star, &legs);
         driven
     }
 

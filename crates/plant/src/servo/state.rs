@@ -67,7 +67,7 @@ impl State {
             sensed: 0,
         };
         setup.plan.look_ahead(&mut state.dynamics);
-        state.drive(setup, Power::default());
+        state.drive(setup, &Power::default());
         state
     }
 
@@ -129,9 +129,9 @@ impl State {
     }
 
     #[inline(always)]
-    pub(super) fn drive(&mut self, setup: &Setup, power: Power) {
+    pub(super) fn drive(&mut self, setup: &Setup, power: &Power) {
         let plan = &setup.plan;
-        self.inputs.legs.drive(plan.winding.wiring, power.legs);
+        self.inputs.legs.drive(plan.winding.wiring, &power.legs);
         self.inputs.chopper = power.chopper;
         let held = plan.machine.brake.filter(|brake| power.brake < brake.release_duty);
         self.inputs.friction = plan.shaft.friction + held.map_or(0.0, |brake| brake.torque);
@@ -174,7 +174,7 @@ impl State {
         }
         // What follows from faults, wires that are off, position and speed.
         let legs = &mut self.inputs.legs;
-        legs.drive(setup.plan.winding.wiring, legs.told);
+        legs.drive(setup.plan.winding.wiring, &legs.told.clone());
         setup.plan.look_ahead(&mut self.dynamics);
     }
 

@@ -75,7 +75,7 @@ impl Bench {
     pub(crate) fn run(&mut self, periods: u64, mut power: impl FnMut(&View) -> Power) {
         for _ in 0..periods {
             let power = power(&self.view());
-            self.servo.drive(power, self.now());
+            self.servo.drive(&power, self.now());
             self.ticks += PERIOD_TICKS;
         }
         self.servo.come_to(self.now());

@@ -168,7 +168,7 @@ fn numbers_stay_numbers_whatever_is_done() {
             let now = Instant::from_ticks(ticks);
             let _ = servo.sense(now);
             if random.one_in(3) {
-                servo.drive(random.power(), now);
+                servo.drive(&random.power(), now);
             }
             if random.one_in(20) {
                 servo.influence(random.influence(), now);
@@ -194,8 +194,8 @@ fn looking_at_a_machine_changes_nothing() {
             assert_eq!(servo.sense(now), watched.sense(now), "seed {seed}");
             if random.one_in(3) {
                 let power = random.power();
-                servo.drive(power, now);
-                watched.drive(power, now);
+                servo.drive(&power, now);
+                watched.drive(&power, now);
             }
             if random.one_in(20) {
                 let influence = random.influence();

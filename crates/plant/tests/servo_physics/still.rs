@@ -16,7 +16,7 @@ fn run(bench: &mut Bench, periods: u64, power: Power) {
     for _ in 0..periods {
         bench.ticks += PERIOD_TICKS;
         let _ = bench.servo.sense(bench.now());
-        bench.servo.drive(power, bench.now());
+        bench.servo.drive(&power, bench.now());
     }
 }
 
