@@ -3,7 +3,7 @@
 use opentmcl_catalog::{Block, Foc, Motion, Servo as Shared};
 use opentmcl_motion::servo::pi::Gains;
 use opentmcl_motion::servo::transform::{Dq, clarke, space_vector};
-use opentmcl_motion::servo::{Leg, block};
+use opentmcl_motion::servo::{Leg, Power, block};
 
 use super::init::Forced;
 use super::sensors::Source;
@@ -11,6 +11,13 @@ use super::{BLOCK_UNIT_MA, FOC_UNIT_MA, FULL_VOLTAGE, Mode, PERIODS_PER_TICK, Se
 
 /// Current in mA of one count of the converter behind the single shunt.
 const SINGLE_SHUNT_MA: i32 = 20;
+
+/// Duties of the legs in 1/65535, or [`OPEN`]: numbers, and not [`Leg`]s, so that they stay in registers until the
+/// bridge has them, which is what the next period waits for.
+type Duties = [i32; 3];
+
+/// A leg of which both switches are open.
+const OPEN: i32 = -1;
 
 /// Control periods between two runs of the speed regulator of a TMCM-1636: 2 kHz.
 const FOC_VELOCITY_PERIODS: u64 = 10;
@@ -40,8 +47,9 @@ impl Measured {
 
 impl Servo {
     /// One control period: from senses to power. `number` counts them since power-up.
-    #[inline]
-    pub(super) fn period(&mut self, number: u64) {
+    // In one piece with its caller, so that the legs go on in registers: they are what the next period waits for.
+    #[inline(always)]
+    pub(super) fn period(&mut self, number: u64) -> Power {
         let has_jumped = self.sensors.step(&self.senses, &self.reading);
         if has_jumped && self.uses_halls() {
             self.latch_hall_error();
@@ -52,19 +60,21 @@ impl Servo {
         if self.senses.driver_fault {
             self.latch_driver_fault();
         }
-        match self.motion {
+        let duties = match self.motion {
             Motion::Block => self.block_period(number),
             _ => self.foc_period(number),
-        }
-        self.power.chopper = self.chops();
-        self.power.brake = self.brake.duty;
+        };
+        let leg = |duty: i32| if duty < 0 { Leg::Open } else { Leg::Duty(duty as u16) };
+        let [a, b, c] = duties;
+        Power { legs: [leg(a), leg(b), leg(c)], chopper: self.chops(), brake: self.brake.duty }
     }
 
     pub(super) fn torque_gains(&self) -> Gains {
         Gains { p: self.settings[Shared::TorqueP], i: self.settings[Shared::TorqueI] }
     }
 
-    fn block_period(&mut self, number: u64) {
+    #[inline(always)]
+    fn block_period(&mut self, number: u64) -> Duties {
         let raw = i32::from(self.senses.currents[0]) - self.settings[Block::ShuntOffset];
         // The shunt sees the current of the leg that is high, whichever way the torque goes.
         let current = if self.voltage < 0 { -raw } else { raw };
@@ -83,10 +93,15 @@ impl Servo {
             let gains = self.torque_gains();
             self.voltage = self.torque.step(gains, self.demand.q, current, FULL_VOLTAGE);
         }
-        self.power.legs = block::commutate(sector, self.voltage);
+        let duty = |leg: Leg| match leg {
+            Leg::Open => OPEN,
+            Leg::Duty(duty) => i32::from(duty),
+        };
+        block::commutate(sector, self.voltage).map(duty)
     }
 
-    fn foc_period(&mut self, number: u64) {
+    #[inline(always)]
+    fn foc_period(&mut self, number: u64) -> Duties {
         let mut currents = [
             i32::from(self.senses.currents[0]) - self.settings[Foc::AdcOffsetA],
             i32::from(self.senses.currents[1]) - self.settings[Foc::AdcOffsetB],
@@ -123,11 +138,11 @@ impl Servo {
         if self.reading.mirrored {
             core::mem::swap(&mut b, &mut c);
         }
-        self.power.legs = [Leg::Duty(a), Leg::Duty(b), Leg::Duty(c)];
+        [a, b, c].map(i32::from)
     }
 
     /// A brushed motor between the legs A and B.
-    fn brushed_period(&mut self, current: i32) {
+    fn brushed_period(&mut self, current: i32) -> Duties {
         let (current, sign) = if self.reading.mirrored { (-current, -1) } else { (current, 1) };
         self.measured.add(Dq { d: 0, q: current });
         if !self.is_driven() {
@@ -136,8 +151,8 @@ impl Servo {
         let gains = self.torque_gains();
         self.voltage = self.torque.step(gains, self.demand.q, current, FULL_VOLTAGE);
         let half = sign * self.voltage;
-        let duty = |part: i32| Leg::Duty((FULL_VOLTAGE + part).clamp(0, 65_535) as u16);
-        self.power.legs = [duty(half), duty(-half), Leg::Open];
+        let duty = |part: i32| (FULL_VOLTAGE + part).clamp(0, 65_535);
+        [duty(half), duty(-half), OPEN]
     }
 
     /// Whether the halls that commutate tell no angle.
@@ -146,11 +161,11 @@ impl Servo {
     }
 
     /// The bridge is off, and regulators without a bridge know nothing.
-    fn rest(&mut self) {
-        self.power.legs = [Leg::Open; 3];
+    fn rest(&mut self) -> Duties {
         self.voltage = 0;
         self.torque.reset();
         self.flux.reset();
+        [OPEN; 3]
     }
 
     /// Whether the bridge is on.

@@ -414,8 +414,9 @@ impl<B: Board> Module<B> {
             self.board.set_time(now);
             self.board.sense(SERVO_AXIS, &mut self.servo.senses);
             let number = now.as_ticks() / PERIOD_TICKS;
-            self.servo.period(number);
-            self.board.drive(SERVO_AXIS, &self.servo.power);
+            let power = self.servo.period(number);
+            self.board.drive(SERVO_AXIS, &power);
+            self.servo.power = power;
             if number.is_multiple_of(PERIODS_PER_TICK) {
                 let around = self.surroundings();
                 self.servo.tick(&around);

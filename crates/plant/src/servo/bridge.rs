@@ -182,15 +182,12 @@ impl Legs {
     /// Drives them like this.
     #[inline(always)]
     pub(super) fn drive(&mut self, wiring: Wiring, told: &[Leg; 3]) {
-        // One by one: whoever told it has just written them one by one, and a processor stumbles over reading
-        // together what has been written apart.
-        let told = told.each_ref().map(|leg| *leg);
-        self.told = told;
+        self.told = *told;
         if self.fault || self.cut != [false; 3] {
             self.usual = Usual::Other;
             return;
         }
-        match (wiring, told) {
+        match (wiring, *told) {
             (Wiring::Star, [Leg::Duty(a), Leg::Duty(b), Leg::Duty(c)]) => {
                 let [a, b, c] = [i32::from(a), i32::from(b), i32::from(c)];
                 let (along, across) = (f64::from(2 * a - b - c), f64::from(b - c));
