@@ -49,10 +49,10 @@ impl Module {
         let (mut current, mut turns, mut before) = (0.0f64, 0, 0.0f64);
         for _ in 0..milliseconds {
             self.pass(1);
-            let view = self.0.view(0).unwrap();
-            assert!(view.rotor.is_finite() && view.speed.is_finite() && view.current.is_finite());
-            assert!(view.current <= MOST_CURRENT, "{view:?}");
-            current = current.max(view.current);
+            let view = self.0.servo_view(0).unwrap();
+            assert!(view.turns.is_finite() && view.speed.is_finite() && view.amplitude.is_finite());
+            assert!(view.amplitude <= MOST_CURRENT, "{view:?}");
+            current = current.max(view.amplitude);
             if view.speed * before < 0.0 {
                 turns += 1;
             }

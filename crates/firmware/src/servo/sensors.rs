@@ -265,13 +265,14 @@ impl Sensors {
     }
 }
 
-/// An encoder gives several counts in a period, so that marks need some distance to be precise. Hall lines
-/// differ a little from each other, and six of their edges are an electrical turn.
+/// An encoder gives several counts in a period, so that marks need some distance to be precise: that of two runs of
+/// the speed regulator, and four of them are 2 ms. Hall lines differ a little from each other, and six of their edges
+/// are an electrical turn.
 fn tachometer(source: Source, encoder_steps: u32, pole_pairs: u32) -> Tachometer {
     match source {
         Source::Halls | Source::OpenLoop => Tachometer::new(6 * pole_pairs, 0, 6),
-        Source::Encoder => Tachometer::new(encoder_steps, 5, 4),
-        Source::Absolute => Tachometer::new(TURN as u32, 5, 4),
+        Source::Encoder => Tachometer::new(encoder_steps, 10, 4),
+        Source::Absolute => Tachometer::new(TURN as u32, 10, 4),
     }
 }
 
