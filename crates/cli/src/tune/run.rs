@@ -1,0 +1,182 @@
+//! The step itself: set up, command, sample, stop, restore.
+
+use opentmcl_catalog::{AxisBehaviour, AxisParameter, Module, Servo};
+use opentmcl_wire::Duration;
+
+use super::health::{self, Trouble};
+use super::line::Line;
+use super::regulator::{Parameters, Regulator, named, parameter, unit};
+use super::settings::Changed;
+use crate::failure::Failure;
+
+/// How long a motor is given to stand still after a run.
+const STOPPING: Duration = Duration::from_secs(3);
+
+/// Between two questions whether it does.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// What is to be done.
+pub(super) struct Plan {
+    pub(super) module: &'static Module,
+    pub(super) regulator: Regulator,
+    pub(super) parameters: Parameters,
+    /// The target; of the position, its distance from where the motor is.
+    pub(super) step: i32,
+    /// Parameters for the run in their order, and whether they keep their values.
+    pub(super) settings: Vec<(&'static AxisParameter, i32, bool)>,
+    pub(super) duration: Duration,
+    /// Samples per second, at most.
+    pub(super) rate: u32,
+}
+
+/// A quantity over time.
+pub(super) struct Channel {
+    /// What it is: `velocity`.
+    pub(super) quantity: &'static str,
+    pub(super) row: &'static AxisParameter,
+    /// Time since the step, ascending, and value.
+    pub(super) points: Vec<(Duration, i32)>,
+}
+
+/// What happened.
+pub(super) struct Run {
+    /// Value and target before and after the step.
+    pub(super) from: i32,
+    pub(super) to: i32,
+    /// Gains during the run.
+    pub(super) p: i32,
+    pub(super) i: Option<i32>,
+    /// The quantity that is regulated, and then the others.
+    pub(super) channels: Vec<Channel>,
+    pub(super) troubles: Vec<Trouble>,
+    /// Whether the motor did not stand still when the run was over.
+    pub(super) still_turns: bool,
+}
+
+/// Carries it out. However it ends, the motor is stopped and the settings are restored.
+pub(super) fn play(
+    line: &mut Line,
+    plan: &Plan,
+    is_interrupted: &dyn Fn() -> bool,
+) -> Result<Run, Failure> {
+    let mut changed = Changed::default();
+    let mut has_stepped = false;
+    let result = step(line, plan, &mut changed, &mut has_stepped, is_interrupted);
+    let stopped = if has_stepped { stop(line, plan.module) } else { Ok(true) };
+    let restored = changed.restore(line);
+    let mut run = result?;
+    run.still_turns = !stopped?;
+    restored?;
+    Ok(run)
+}
+
+fn step(
+    line: &mut Line,
+    plan: &Plan,
+    changed: &mut Changed,
+    has_stepped: &mut bool,
+    is_interrupted: &dyn Fn() -> bool,
+) -> Result<Run, Failure> {
+    for &(row, value, is_kept) in &plan.settings {
+        changed.set(line, row, value, is_kept)?;
+    }
+    health::must_be_ready(line, plan.module, is_interrupted)?;
+    let Parameters { target, actual, p, i, limit, .. } = &plan.parameters;
+    let from = line.read(actual)?;
+    let to = match plan.regulator {
+        Regulator::Position => from.saturating_add(plan.step),
+        Regulator::Torque | Regulator::Velocity => plan.step,
+    };
+    if to == from {
+        return Err(Failure::usage(format!(
+            "there is no step: the {} is {to} {} already",
+            plan.regulator.quantity(),
+            unit(actual)
+        )));
+    }
+    if let Some(limit) = limit {
+        let highest = line.read(limit)?;
+        if i64::from(to).abs() > i64::from(highest) {
+            let message = format!(
+                "the step to {to} {} is beyond {}, which is {highest}",
+                unit(actual),
+                named(limit)
+            );
+            return Err(Failure::usage(message).help(format!(
+                "make a smaller step, or raise the limit for this run with --set {}={}",
+                limit.id,
+                i64::from(to).abs()
+            )));
+        }
+    }
+    let (p, i) = (line.read(p)?, i.map(|i| line.read(i)).transpose()?);
+    *has_stepped = true;
+    let start = line.now();
+    line.write(target, to)?;
+    let channels = sample(line, plan, start, is_interrupted)?;
+    let troubles = health::troubles(line, plan.module)?;
+    Ok(Run { from, to, p, i, channels, troubles, still_turns: false })
+}
+
+/// Reads all quantities at a steady rate in virtual time. On a line each question takes its time: there each turn
+/// has the quantity that is regulated and one of the others.
+fn sample(
+    line: &mut Line,
+    plan: &Plan,
+    start: Duration,
+    is_interrupted: &dyn Fn() -> bool,
+) -> Result<Vec<Channel>, Failure> {
+    let channel = |(quantity, row)| Channel { quantity, row, points: Vec::new() };
+    let mut main = channel((plan.regulator.quantity(), plan.parameters.actual));
+    let mut others: Vec<_> = plan.parameters.companions.iter().copied().map(channel).collect();
+    let mut turns: u64 = 0;
+    loop {
+        if is_interrupted() {
+            return Err(Failure::new("interrupted"));
+        }
+        ask(line, &mut main, start)?;
+        if line.is_virtual() {
+            others.iter_mut().try_for_each(|other| ask(line, other, start))?;
+        } else if !others.is_empty() {
+            let turn = usize::try_from(turns).unwrap_or(0) % others.len();
+            ask(line, &mut others[turn], start)?;
+        }
+        turns += 1;
+        let due =
+            Duration::from_ticks(turns * opentmcl_wire::TICKS_PER_SECOND / u64::from(plan.rate));
+        // Behind its time it goes on as fast as it can.
+        if due.max(line.now() - start) > plan.duration {
+            break;
+        }
+        line.wait_until(start + due);
+    }
+    others.insert(0, main);
+    Ok(others)
+}
+
+/// Adds a value. It is taken as that of the middle between question and answer.
+fn ask(line: &mut Line, channel: &mut Channel, start: Duration) -> Result<(), Failure> {
+    let asked = line.now();
+    let value = line.read(channel.row)?;
+    let time = (asked - start) + (line.now() - asked) / 2;
+    channel.points.push((time, value));
+    Ok(())
+}
+
+/// Stops the motor and waits until it stands. Whether it does.
+fn stop(line: &mut Line, module: &'static Module) -> Result<bool, Failure> {
+    line.stop()?;
+    let speed = parameter(module, Servo::ActualVelocity)?;
+    let halted = super::regulator::find(module, AxisBehaviour::Servo(Servo::HaltedVelocity));
+    let halted = halted.map(|row| line.read(row)).transpose()?.unwrap_or(0).max(1);
+    let end = line.now() + STOPPING;
+    loop {
+        if line.read(speed)?.abs() < halted {
+            return Ok(true);
+        }
+        if line.now() >= end {
+            return Ok(false);
+        }
+        line.wait_until(line.now() + PAUSE);
+    }
+}
