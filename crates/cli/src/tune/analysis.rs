@@ -65,7 +65,8 @@ pub(super) struct Response {
     pub(super) points_of_rise: usize,
     /// How far the peak is beyond `end`, as a part of the way; none for a value that went nowhere.
     pub(super) overshoot: Option<f64>,
-    /// Seconds until the value is within the band for good; none if it still left it in the last tenth.
+    /// Seconds until the value is within the band for good; none if it still left it in the last tenth,
+    /// or if the last tenth is on average elsewhere than the one before.
     pub(super) settling: Option<f64>,
 }
 
@@ -78,8 +79,10 @@ pub(super) fn analyse(step: Step, points: &[Moment]) -> Option<Response> {
     }
     let final_from = last.time - (last.time - first.time) * FINAL_PART;
     let final_points = || points.iter().filter(|point| point.time >= final_from);
-    let count = final_points().count().max(1) as f64;
-    let end = final_points().map(|point| point.value).sum::<f64>() / count;
+    let end = mean(final_points())?;
+    let before_from = final_from - (last.time - final_from);
+    let is_before = |point: &&Moment| point.time >= before_from && point.time < final_from;
+    let before = mean(points.iter().filter(is_before)).unwrap_or(end);
     let ripple = final_points().map(|point| (point.value - end).abs()).fold(0.0, f64::max);
 
     let way = end - step.from;
@@ -121,8 +124,16 @@ pub(super) fn analyse(step: Step, points: &[Moment]) -> Option<Response> {
     // What the value does all the time is ripple and no overshoot.
     let is_ripple = beyond * way.abs() <= ripple;
     response.overshoot = Some(if is_ripple { 0.0 } else { beyond });
-    response.settling = settling(points, step.band, part).filter(|&settled| settled <= final_from);
+    let creeps = (end - before).abs() > step.band / 2.0 * way.abs();
+    let settled = settling(points, step.band, part);
+    response.settling = settled.filter(|&settled| settled <= final_from && !creeps);
     Some(response)
+}
+
+fn mean<'a>(points: impl Iterator<Item = &'a Moment>) -> Option<f64> {
+    let (sum, count) =
+        points.fold((0.0, 0u32), |(sum, count), point| (sum + point.value, count + 1));
+    (count > 0).then(|| sum / f64::from(count))
 }
 
 /// When the value first comes to a part of its way, between two points by a straight line.
@@ -252,6 +263,9 @@ mod tests {
     #[test]
     fn what_still_creeps_at_the_end_has_not_settled() {
         assert_eq!(response(1.0, |time| time).settling, None);
+        assert_eq!(response(1.0, |time| 1.0 + time).settling, None);
+        // By 4 % of its way in each tenth of the time.
+        assert_eq!(response(1.0, |time| 0.6 + 0.4 * time).settling, None);
     }
 
     #[test]

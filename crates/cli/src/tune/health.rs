@@ -51,10 +51,28 @@ pub(super) struct Trouble {
 }
 
 /// Looks at the status flags. Reading them may clear them.
-pub(super) fn troubles(line: &mut Line, module: &'static Module) -> Result<Vec<Trouble>, Failure> {
+fn troubles(line: &mut Line, module: &'static Module) -> Result<Vec<Trouble>, Failure> {
     let row = parameter(module, Servo::StatusFlags)?;
     let flags = line.read(row)?;
     Ok(told(row, flags))
+}
+
+/// Each trouble that status flags tell of over time, with the first time.
+pub(super) fn over_time(
+    row: &AxisParameter,
+    flags: &[(Duration, i32)],
+) -> Vec<(Duration, Trouble)> {
+    let mut found: Vec<(Duration, Trouble)> = Vec::new();
+    let mut before = 0;
+    for &(time, flags) in flags {
+        for trouble in told(row, flags & !before) {
+            if found.iter().all(|(_, known)| *known != trouble) {
+                found.push((time, trouble));
+            }
+        }
+        before = flags;
+    }
+    found
 }
 
 fn told(row: &AxisParameter, flags: i32) -> Vec<Trouble> {

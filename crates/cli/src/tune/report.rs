@@ -128,22 +128,21 @@ impl Report {
             rate_hz: rounded(rate, 1),
             band_percent: args.band,
             answer: response.as_ref().map(|response| Answer::new(response, from, band)),
-            troubles: run.troubles.iter().map(|trouble| trouble.name).collect(),
+            troubles: run.troubles.iter().map(|(_, trouble)| trouble.name).collect(),
             notes: Vec::new(),
-            help: run.troubles.first().map(|trouble| trouble.help.to_owned()),
+            help: run.troubles.first().map(|(_, trouble)| trouble.help.to_owned()),
         };
         report.take_notes(plan, run, response.as_ref());
         report
     }
 
     fn take_notes(&mut self, plan: &Plan, run: &Run, response: Option<&Response>) {
-        for Trouble { name, help, .. } in &run.troubles {
-            self.notes.push(format!("{name}: {help}"));
+        for (at, Trouble { name, help, .. }) in &run.troubles {
+            let at = seconds(time::number(*at));
+            self.notes.push(format!("{name} after {at}: {help}"));
         }
-        if run.still_turns {
-            let what =
-                "the motor was stopped and still turns; do the gains of the velocity brake it?";
-            self.notes.push(what.to_owned());
+        if let Some(rpm) = run.still_turns {
+            self.notes.push(format!("the motor was stopped and still turns with {rpm} rpm"));
         }
         if response.is_some_and(|response| {
             response.rise.is_some() && response.points_of_rise < POINTS_OF_RISE

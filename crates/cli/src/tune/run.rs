@@ -1,7 +1,7 @@
 //! The step itself: set up, command, sample, stop, restore.
 
 use opentmcl_catalog::{AxisBehaviour, AxisParameter, Module, Servo};
-use opentmcl_wire::Duration;
+use opentmcl_wire::{Duration, TICKS_PER_SECOND};
 
 use super::health::{self, Trouble};
 use super::line::Line;
@@ -48,9 +48,10 @@ pub(super) struct Run {
     pub(super) i: Option<i32>,
     /// The quantity that is regulated, and then the others.
     pub(super) channels: Vec<Channel>,
-    pub(super) troubles: Vec<Trouble>,
-    /// Whether the motor did not stand still when the run was over.
-    pub(super) still_turns: bool,
+    /// What status flags told of, and when first.
+    pub(super) troubles: Vec<(Duration, Trouble)>,
+    /// The speed of the motor when it should have stood still after the run; none if it did.
+    pub(super) still_turns: Option<i32>,
 }
 
 /// Carries it out. However it ends, the motor is stopped and the settings are restored.
@@ -62,10 +63,10 @@ pub(super) fn play(
     let mut changed = Changed::default();
     let mut has_stepped = false;
     let result = step(line, plan, &mut changed, &mut has_stepped, is_interrupted);
-    let stopped = if has_stepped { stop(line, plan.module) } else { Ok(true) };
+    let stopped = if has_stepped { stop(line, plan.module) } else { Ok(None) };
     let restored = changed.restore(line);
     let mut run = result?;
-    run.still_turns = !stopped?;
+    run.still_turns = stopped?;
     restored?;
     Ok(run)
 }
@@ -113,45 +114,45 @@ fn step(
     *has_stepped = true;
     let start = line.now();
     line.write(target, to)?;
-    let channels = sample(line, plan, start, is_interrupted)?;
-    let troubles = health::troubles(line, plan.module)?;
-    Ok(Run { from, to, p, i, channels, troubles, still_turns: false })
+    let (channels, status) = sample(line, plan, start, is_interrupted)?;
+    let troubles = health::over_time(status.row, &status.points);
+    Ok(Run { from, to, p, i, channels, troubles, still_turns: None })
 }
 
-/// Reads all quantities at a steady rate in virtual time. On a line each question takes its time: there each turn
-/// has the quantity that is regulated and one of the others.
+/// Reads all quantities and the status at a steady rate in virtual time. On a line each question takes its time:
+/// there each turn has the quantity that is regulated and one of the others.
 fn sample(
     line: &mut Line,
     plan: &Plan,
     start: Duration,
     is_interrupted: &dyn Fn() -> bool,
-) -> Result<Vec<Channel>, Failure> {
+) -> Result<(Vec<Channel>, Channel), Failure> {
     let channel = |(quantity, row)| Channel { quantity, row, points: Vec::new() };
-    let mut main = channel((plan.regulator.quantity(), plan.parameters.actual));
-    let mut others: Vec<_> = plan.parameters.companions.iter().copied().map(channel).collect();
+    let mut channels = vec![channel((plan.regulator.quantity(), plan.parameters.actual))];
+    channels.extend(plan.parameters.companions.iter().copied().map(channel));
+    let mut status = channel(("status", parameter(plan.module, Servo::StatusFlags)?));
     let mut turns: u64 = 0;
     loop {
         if is_interrupted() {
             return Err(Failure::new("interrupted"));
         }
-        ask(line, &mut main, start)?;
+        let (main, others) = channels.split_at_mut(1);
+        main.iter_mut().try_for_each(|main| ask(line, main, start))?;
+        let mut others: Vec<_> = others.iter_mut().chain([&mut status]).collect();
         if line.is_virtual() {
-            others.iter_mut().try_for_each(|other| ask(line, other, start))?;
-        } else if !others.is_empty() {
-            let turn = usize::try_from(turns).unwrap_or(0) % others.len();
-            ask(line, &mut others[turn], start)?;
+            others.into_iter().try_for_each(|other| ask(line, other, start))?;
+        } else if let Some(other) = others.iter_mut().min_by_key(|other| other.points.len()) {
+            ask(line, other, start)?;
         }
         turns += 1;
-        let due =
-            Duration::from_ticks(turns * opentmcl_wire::TICKS_PER_SECOND / u64::from(plan.rate));
+        let due = Duration::from_ticks(turns * TICKS_PER_SECOND / u64::from(plan.rate));
         // Behind its time it goes on as fast as it can.
         if due.max(line.now() - start) > plan.duration {
             break;
         }
         line.wait_until(start + due);
     }
-    others.insert(0, main);
-    Ok(others)
+    Ok((channels, status))
 }
 
 /// Adds a value. It is taken as that of the middle between question and answer.
@@ -163,19 +164,20 @@ fn ask(line: &mut Line, channel: &mut Channel, start: Duration) -> Result<(), Fa
     Ok(())
 }
 
-/// Stops the motor and waits until it stands. Whether it does.
-fn stop(line: &mut Line, module: &'static Module) -> Result<bool, Failure> {
+/// Stops the motor and waits until it stands; its speed if it does not.
+fn stop(line: &mut Line, module: &'static Module) -> Result<Option<i32>, Failure> {
     line.stop()?;
     let speed = parameter(module, Servo::ActualVelocity)?;
     let halted = super::regulator::find(module, AxisBehaviour::Servo(Servo::HaltedVelocity));
     let halted = halted.map(|row| line.read(row)).transpose()?.unwrap_or(0).max(1);
     let end = line.now() + STOPPING;
     loop {
-        if line.read(speed)?.abs() < halted {
-            return Ok(true);
+        let turning = line.read(speed)?;
+        if turning.saturating_abs() < halted {
+            return Ok(None);
         }
         if line.now() >= end {
-            return Ok(false);
+            return Ok(Some(turning));
         }
         line.wait_until(line.now() + PAUSE);
     }
