@@ -10,7 +10,7 @@ use opentmcl_wire::{Duration, Instant, TICKS_PER_SECOND};
 use crate::module::VirtualModule;
 
 /// A module at one time.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
     /// Time since the recording began.
     pub time: Duration,

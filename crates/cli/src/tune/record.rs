@@ -18,8 +18,17 @@ pub(super) fn write(path: &Path, plan: &Plan, run: &Run) -> Result<(), Failure> 
     let columns = Columns::of_quantities(plan.module, plan.rate, 0, &quantities);
     let mut recording = Recording::create(path, columns)?;
     for (time, values) in rows(&run.channels) {
-        let variables = [run.to].into_iter().chain(values).collect();
-        recording.add(&Sample { time, variables, ..Sample::default() })?;
+        recording.add(&Sample {
+            time,
+            address: 0,
+            positions: Vec::new(),
+            speeds: Vec::new(),
+            outputs: 0,
+            variables: [run.to].into_iter().chain(values).collect(),
+            machines: Vec::new(),
+            inputs: 0,
+            analog: Vec::new(),
+        })?;
     }
     recording.finish()
 }

@@ -132,11 +132,11 @@ impl Report {
             notes: Vec::new(),
             help: run.troubles.first().map(|(_, trouble)| trouble.help.to_owned()),
         };
-        report.take_notes(plan, run, response.as_ref());
+        report.take_notes(run, response.as_ref());
         report
     }
 
-    fn take_notes(&mut self, plan: &Plan, run: &Run, response: Option<&Response>) {
+    fn take_notes(&mut self, run: &Run, response: Option<&Response>) {
         for (at, Trouble { name, help, .. }) in &run.troubles {
             let at = seconds(time::number(*at));
             self.notes.push(format!("{name} after {at}: {help}"));
@@ -147,11 +147,7 @@ impl Report {
         if response.is_some_and(|response| {
             response.rise.is_some() && response.points_of_rise < POINTS_OF_RISE
         }) {
-            let what = if self.virtual_time && plan.rate < 20_000 {
-                "the rise has hardly a sample; a higher --rate may show more of it"
-            } else {
-                "the rise has hardly a sample: it is shorter than it could be measured here"
-            };
+            let what = "the rise has hardly a sample: it may be shorter than this";
             self.notes.push(what.to_owned());
         }
     }
