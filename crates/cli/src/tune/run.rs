@@ -12,6 +12,10 @@ use crate::failure::Failure;
 /// How long a motor is given to stand still after a run.
 const STOPPING: Duration = Duration::from_secs(3);
 
+/// A motor of at most so many revolutions per minute is as good as stopped: friction takes the rest, and a coarse
+/// sensor does not tell slower speeds at once.
+const CREEPING: i32 = 20;
+
 /// Between two questions whether it does.
 const PAUSE: Duration = Duration::from_millis(10);
 
@@ -177,7 +181,7 @@ fn stop(line: &mut Line, module: &'static Module) -> Result<Option<i32>, Failure
             return Ok(None);
         }
         if line.now() >= end {
-            return Ok(Some(turning));
+            return Ok(Some(turning).filter(|turning| turning.saturating_abs() > CREEPING));
         }
         line.wait_until(line.now() + PAUSE);
     }
