@@ -47,8 +47,17 @@ fn a_velocity_comes_to_its_target_on_both_modules() {
 #[test]
 fn a_torque_without_integral_part_has_an_error_that_more_gain_makes_smaller() {
     let error = |p: &str| {
-        let words =
-            ["torque", "-c", "virtual:tmcm-1613", "--step", "1000", "--i", "0", "--duration", "10ms"];
+        let words = [
+            "torque",
+            "-c",
+            "virtual:tmcm-1613",
+            "--step",
+            "1000",
+            "--i",
+            "0",
+            "--duration",
+            "10ms",
+        ];
         number(&report(&[&words[..], &["--p", p]].concat()), "error")
     };
     let (low, middle, high) = (error("100"), error("300"), error("1000"));
@@ -115,8 +124,9 @@ fn a_served_module_is_measured_over_both_lines_and_left_as_it_was() {
     let numbers = [146, 234, 235, 6];
     let before = values(&mut served.tcp_client(), &numbers);
     for uri in [served.pty(), &tcp] {
-        let words =
-            ["velocity", "-c", uri, "--step", "1000", "--p", "700", "--i", "400", "--set", "6=2500"];
+        let words = [
+            "velocity", "-c", uri, "--step", "1000", "--p", "700", "--i", "400", "--set", "6=2500",
+        ];
         let got = report(&words);
         assert_eq!(got["outcome"], "followed", "{got}");
         assert_eq!(got["virtual_time"], false);
@@ -181,8 +191,18 @@ fn an_overvoltage_during_the_run_is_told() {
 #[test]
 fn a_motor_that_does_not_follow_fails_behind_its_report() {
     // Without gains nothing flows.
-    let output =
-        run(&["tune", "velocity", "-c", "virtual:tmcm-1613", "--step", "1000", "--p", "0", "--i", "0"]);
+    let output = run(&[
+        "tune",
+        "velocity",
+        "-c",
+        "virtual:tmcm-1613",
+        "--step",
+        "1000",
+        "--p",
+        "0",
+        "--i",
+        "0",
+    ]);
     assert_eq!(output.status.code(), Some(1));
     let (text, errors) = (output.stdout, String::from_utf8(output.stderr).unwrap());
     assert!(String::from_utf8(text).unwrap().contains("final      0 rpm, 0 % of the step"));
