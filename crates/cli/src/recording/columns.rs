@@ -88,9 +88,27 @@ impl Columns {
         columns
     }
 
+    /// Columns of an axis for quantities that have a name and a unit. A sample has their values in the place of the
+    /// variables, in this order.
+    pub(crate) fn of_quantities(
+        model: &'static Module,
+        rate: u32,
+        axis: u8,
+        quantities: &[(&str, &'static str)],
+    ) -> Self {
+        let mut all = Self { columns: Vec::new(), model, rate };
+        all.add_time();
+        for (at, &(name, unit)) in quantities.iter().enumerate() {
+            all.add(Some(axis), name, unit, Kind::Whole, move |sample| {
+                whole(sample.variables.get(at))
+            });
+        }
+        all
+    }
+
     pub(super) fn without_machines(model: &'static Module, rate: u32, variables: &[u8]) -> Self {
         let mut all = Self { columns: Vec::new(), model, rate };
-        all.add(None, "time", "s", Kind::Real, |sample| Value::Real(time::number(sample.time)));
+        all.add_time();
         let (position, speed) = match model.motion.is_servo() {
             true => ("units", "rpm"),
             false => ("microsteps", "pps"),
@@ -158,6 +176,10 @@ impl Columns {
                 whole(sample.analog.get(at))
             });
         }
+    }
+
+    fn add_time(&mut self) {
+        self.add(None, "time", "s", Kind::Real, |sample| Value::Real(time::number(sample.time)));
     }
 
     fn add(
