@@ -9,7 +9,7 @@ use crate::program::{advance_seconds, execute};
 
 /// Field-oriented control by encoder, with the settings that PyTrinamic's examples give the usual motor, but twice
 /// their acceleration: as the other module has it from the factory.
-const FIELD_ORIENTED: [&str; 16] = [
+const FIELD_ORIENTED: [&str; 17] = [
     "SAP 10, 0, 4",
     "SAP 11, 0, 2000",
     "SAP 12, 0, 1000",
@@ -25,6 +25,7 @@ const FIELD_ORIENTED: [&str; 16] = [
     "SAP 53, 0, 5",
     "SAP 54, 0, 500",
     "SAP 102, 0, 0",
+    "SAP 101, 0, 1",
     "SAP 15, 0, 3",
 ];
 

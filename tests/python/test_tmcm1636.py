@@ -1,8 +1,4 @@
-"""A TMCM-1636 as PyTrinamic's own class for it drives it, over both lines: the vendor's examples for this module.
-
-They are written for a motor whose encoder and halls count the other way than those of the usual motor here, so that
-directions and polarity are 0 in place of 1. All other numbers are theirs.
-"""
+"""A TMCM-1636 as PyTrinamic's own class for it drives it, over both lines: the vendor's examples for this module."""
 
 import statistics
 import time
@@ -30,9 +26,9 @@ def configured(connection, commutation):
     motor.drive_settings.target_reached_velocity = 500
     motor.drive_settings.open_loop_current = 1000
     motor.abn_encoder.resolution = STEPS
-    motor.abn_encoder.direction = 0
+    motor.abn_encoder.direction = 1
     motor.digital_hall.direction = 0
-    motor.digital_hall.polarity = 0
+    motor.digital_hall.polarity = 1
     motor.digital_hall.offset = 0
     motor.digital_hall.interpolation = 1
     motor.linear_ramp.max_velocity = 2000

@@ -32,7 +32,7 @@ impl Axes {
                 MachineSetup::Servo(servo) => Some(*servo),
                 MachineSetup::Stepper(_) => None,
             });
-            let servo = servo.unwrap_or_else(ServoSetup::usual);
+            let servo = servo.unwrap_or_else(|| ServoSetup::usual(model.motion));
             return Self::Servo(Box::new(ServoAxis::new(model, servo)));
         }
         let stepper = |machine| match machine {

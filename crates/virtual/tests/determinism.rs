@@ -110,21 +110,22 @@ const FIELD_ORIENTED_PROGRAM: &[&str] = &[
     "SAP 12, 0, 1000",
     "SAP 56, 0, 4096",
     "SAP 104, 0, 300",
+    "SAP 101, 0, 1",
     "SAP 15, 0, 3",
-    "WAIT TICKS, 0, 50",
-    "ROR 0, 700", // 5
+    "WAIT TICKS, 0, 50", // 5
+    "ROR 0, 700",
     "WAIT TICKS, 0, 33",
     "GAP 31, 0",
     "AGP 0, 2",
-    "MVP REL, 0, 3000",
-    "WAIT POS, 0, 150", // 10
+    "MVP REL, 0, 3000", // 10
+    "WAIT POS, 0, 150",
     "GAP 52, 0",
     "AGP 3, 2",
     "SAP 30, 0, -300",
-    "WAIT TICKS, 0, 7",
-    "MST 0", // 15
+    "WAIT TICKS, 0, 7", // 15
+    "MST 0",
     "WAIT POS, 0, 20",
-    "JA 5",
+    "JA 6",
 ];
 
 /// The same by halls alone.

@@ -25,6 +25,9 @@ fn module(model: &str, text: &str) -> VirtualModule {
     VirtualModule::with_setup(setup, MemoryFlash::new(), Options::default())
 }
 
+/// A motor whose halls are not inverted.
+const MOTOR: &str = "[[module.axis]]\naxis = 0\nmotor = \"qbl4208-61-04-013\"\n";
+
 #[track_caller]
 fn ask(module: &mut VirtualModule, command: &str) -> i32 {
     let reply = module.execute(mnemonic::parse(command).unwrap());
@@ -211,7 +214,7 @@ fn what_a_servo_module_does_not_have_cannot_be_acted_upon() {
 
 #[test]
 fn hands_reach_the_machine_of_a_servo_axis() {
-    let mut module = set_up("");
+    let mut module = set_up(MOTOR);
     // Bits 0 to 2 of parameter 94 are the hall lines.
     let halls = ask(&mut module, "GAP 94, 0");
     assert_eq!(halls, 0b101, "the rotor stands at 0");
@@ -241,7 +244,7 @@ fn hands_reach_the_machine_of_a_servo_axis() {
 
 #[test]
 fn a_held_switch_is_told_to_the_firmware_although_the_axis_sleeps() {
-    let mut module = set_up("");
+    let mut module = set_up(MOTOR);
     module.advance(Duration::from_secs(3600));
     let (left, right) = ("GAP 212, 0", "GAP 211, 0");
     let before = (ask(&mut module, left), ask(&mut module, right));
@@ -255,7 +258,7 @@ fn a_held_switch_is_told_to_the_firmware_although_the_axis_sleeps() {
 
 #[test]
 fn a_driver_that_reports_a_fault_lets_the_motor_go() {
-    let mut module = set_up("");
+    let mut module = set_up(MOTOR);
     ask(&mut module, "ROR 0, 1000");
     module.advance(Duration::from_millis(500));
     assert!(module.servo_view(0).unwrap().amplitude > 0.0);
@@ -297,7 +300,7 @@ fn a_phase_whose_wire_is_off_carries_no_current() {
 #[test]
 fn a_schedule_acts_upon_a_servo_axis() {
     let text = "[[module.at]]\ntime = \"20 ms\"\ndo = [\"supply 20 V\", \"short hall C axis 0\"]\n";
-    let mut module = module("tmcm-1636", text);
+    let mut module = module("tmcm-1636", &format!("{text}{MOTOR}"));
     module.advance(Duration::from_millis(19));
     assert_eq!(ask(&mut module, "GAP 220, 0"), 240);
     module.advance(Duration::from_secs(1));

@@ -24,6 +24,7 @@ impl Module {
             "SAP 71, 0, 600",
             "SAP 74, 0, 300",
             "SAP 56, 0, 4096",
+            "SAP 101, 0, 1",
             "SAP 15, 0, 3",
         ] {
             module.tell(text);

@@ -324,7 +324,7 @@ fn a_servo_axis_has_columns_of_its_parameters_and_of_its_machine() {
     let path = folder.file("servo.csv");
     let model = opentmcl_catalog::find("tmcm-1636").unwrap();
     let mut module = VirtualModule::new(model);
-    for command in ["SAP 15, 0, 2", "SAP 56, 0, 24", "ROR 0, 1000"] {
+    for command in ["SAP 90, 0, 1", "SAP 15, 0, 2", "SAP 56, 0, 24", "ROR 0, 1000"] {
         module.execute(mnemonic::parse(command).unwrap());
     }
     let mut recording = Recording::create(&path, Columns::new(&module, 10, &[], false)).unwrap();

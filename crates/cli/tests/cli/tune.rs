@@ -26,9 +26,9 @@ fn number(report: &serde_json::Value, key: &str) -> f64 {
 fn a_velocity_comes_to_its_target_on_both_modules() {
     for (module, commutation) in [
         ("virtual:tmcm-1613", &[][..]),
-        ("virtual:tmcm-1636", &["--set", "commutation_mode=2"]),
+        ("virtual:tmcm-1636", &["--set", "commutation_mode=2", "--set", "hall_polarity=1"]),
         // The encoder is aligned first, which takes a second.
-        ("virtual:tmcm-1636", &["--set", "15=3"]),
+        ("virtual:tmcm-1636", &["--set", "15=3", "--set", "101=1"]),
     ] {
         for step in ["1000", "-1000"] {
             let words = [&["velocity", "-c", module, "--step", step][..], commutation].concat();
@@ -66,15 +66,18 @@ fn a_torque_without_integral_part_has_an_error_that_more_gain_makes_smaller() {
 
 #[test]
 fn a_position_comes_to_its_target_with_and_without_the_ramp() {
-    for (module, setting, step) in [
-        ("virtual:tmcm-1613", "velocity_i=50", 48),
-        ("virtual:tmcm-1636", "commutation_mode=3", 65_536),
+    for (module, settings, step) in [
+        ("virtual:tmcm-1613", &["--set", "velocity_i=50"][..], 48),
+        (
+            "virtual:tmcm-1636",
+            &["--set", "commutation_mode=3", "--set", "encoder_direction=1"],
+            65_536,
+        ),
     ] {
         for ramp in [&[][..], &["--ramp"]] {
             let distance = step.to_string();
-            let words =
-                ["position", "-c", module, "--step", &distance, "--p", "300", "--set", setting];
-            let got = report(&[&words[..], &["--duration", "2s"], ramp].concat());
+            let words = ["position", "-c", module, "--step", &distance, "--p", "300"];
+            let got = report(&[&words[..], settings, &["--duration", "2s"], ramp].concat());
             assert!((number(&got, "reached_percent") - 100.0).abs() < 6.0, "{got}");
             assert_eq!(got["ramp"], !ramp.is_empty());
         }

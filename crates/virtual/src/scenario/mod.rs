@@ -16,9 +16,9 @@ mod servo;
 use std::fmt;
 use std::path::PathBuf;
 
-use opentmcl_catalog::Module;
-use opentmcl_plant::machine::{Machine, Stage, Switches};
-use opentmcl_plant::servo::{Machine as ServoMachine, Motor, Noise, motor as servo_motor};
+use opentmcl_catalog::{Module, Motion};
+use opentmcl_plant::machine::{Encoder, Machine, Stage, Switches};
+use opentmcl_plant::servo::{Halls, Machine as ServoMachine, Motor, Noise, motor as servo_motor};
 use opentmcl_wire::Instant;
 use toml::de::DeTable;
 
@@ -92,9 +92,16 @@ const USUAL_MOTOR: &str = "qbl4208-61-04-013";
 impl ServoSetup {
     /// What a servo module has behind it if nothing is said: a motor that turns nothing but itself, with halls, and
     /// with an encoder of 4096 counts.
-    pub fn usual() -> Self {
+    ///
+    /// Behind field-oriented control, halls and encoder are wired as the vendor's examples for this motor expect
+    /// them: with the polarity of the halls inverted and the direction of the encoder reversed.
+    pub fn usual(motion: Motion) -> Self {
         let usual = servo_motor::preset(USUAL_MOTOR).unwrap_or(servo_motor::PRESETS[0].motor);
-        let machine = ServoMachine::new(Motor::Brushless(usual));
+        let mut machine = ServoMachine::new(Motor::Brushless(usual));
+        if motion == Motion::Foc {
+            machine.halls = machine.halls.map(|halls| Halls { inverted: true, ..halls });
+            machine.encoder = machine.encoder.map(|encoder| Encoder { reversed: true, ..encoder });
+        }
         Self { machine, noise: Noise::default() }
     }
 }
@@ -246,7 +253,7 @@ impl ModuleSetup {
     /// [usual machine](ServoSetup::usual).
     pub fn new(model: &'static Module) -> Self {
         let axis = if model.motion.is_servo() {
-            let usual = MachineSetup::Servo(Box::new(ServoSetup::usual()));
+            let usual = MachineSetup::Servo(Box::new(ServoSetup::usual(model.motion)));
             AxisSetup { machine: Some(usual), scale: Scale::rotary(scale::SERVO_TURN, 1.0) }
         } else {
             AxisSetup::default()
