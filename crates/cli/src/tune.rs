@@ -180,7 +180,7 @@ fn duration(args: &Args) -> Result<Duration, Failure> {
 
 /// The module that answers.
 fn identify(line: &mut Line) -> Result<&'static Module, Failure> {
-    let number = line.identity()?.map(|(number, _)| number);
+    let number = line.module_number()?;
     number.and_then(lookup::by_number).ok_or_else(|| {
         let message = match number {
             Some(number) => {

@@ -82,11 +82,11 @@ impl Line {
         Err(Failure::new(message))
     }
 
-    /// Number and firmware version of the module, if it tells them.
-    pub(super) fn identity(&mut self) -> Result<Option<(u16, (u8, u8))>, Failure> {
+    /// Number of the module, if it tells it.
+    pub(super) fn module_number(&mut self) -> Result<Option<u16>, Failure> {
         let reply = self.request(Command::new(control::FIRMWARE_VERSION, 1, 0, 0))?;
-        let [number @ .., major, minor] = reply.value.to_be_bytes();
-        Ok(reply.status.is_ok().then_some((u16::from_be_bytes(number), (major, minor))))
+        let [high, low, ..] = reply.value.to_be_bytes();
+        Ok(reply.status.is_ok().then_some(u16::from_be_bytes([high, low])))
     }
 
     pub(super) fn read(&mut self, row: &AxisParameter) -> Result<i32, Failure> {

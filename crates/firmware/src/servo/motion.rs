@@ -7,7 +7,7 @@
 //!   nothing regulates it.
 
 use opentmcl_catalog::{Foc, Motion, Servo as Shared};
-use opentmcl_motion::servo::PERIODS_PER_SECOND;
+use opentmcl_motion::servo::{PERIODS_PER_SECOND, saturated};
 
 use super::init::Forced;
 use super::sensors::TURN;
@@ -74,7 +74,7 @@ impl Servo {
         if self.mode == Mode::Position {
             self.target_position = position;
         }
-        self.position_ramp.set(super::sensors::saturated(internal), self.position_ramp.speed());
+        self.position_ramp.set(saturated(internal), self.position_ramp.speed());
     }
 
     /// The position in the unit of the parameters.
@@ -95,7 +95,7 @@ impl Servo {
     /// Units of the position per second.
     pub(crate) fn units_per_second(&self) -> i32 {
         let per_minute = i64::from(self.speed()) * self.units_per_turn() / i64::from(RPM);
-        super::sensors::saturated(per_minute / 60)
+        saturated(per_minute / 60)
     }
 
     /// Whether the target of a move has been reached.

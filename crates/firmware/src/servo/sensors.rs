@@ -2,7 +2,7 @@
 
 use opentmcl_motion::servo::hall::{self, HallCounter, HallStep};
 use opentmcl_motion::servo::tachometer::Tachometer;
-use opentmcl_motion::servo::{PERIODS_PER_SECOND, Senses};
+use opentmcl_motion::servo::{PERIODS_PER_SECOND, Senses, saturated};
 
 /// A full turn in the unit of angles.
 pub(super) const TURN: i64 = 65_536;
@@ -273,16 +273,5 @@ fn tachometer(source: Source, encoder_steps: u32, pole_pairs: u32) -> Tachometer
         Source::Halls | Source::OpenLoop => Tachometer::new(6 * pole_pairs, 0, 6),
         Source::Encoder => Tachometer::new(encoder_steps, 10, 4),
         Source::Absolute => Tachometer::new(TURN as u32, 10, 4),
-    }
-}
-
-/// The nearest number that fits.
-pub(super) const fn saturated(value: i64) -> i32 {
-    if value > i32::MAX as i64 {
-        i32::MAX
-    } else if value < i32::MIN as i64 {
-        i32::MIN
-    } else {
-        value as i32
     }
 }

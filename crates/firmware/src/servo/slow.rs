@@ -3,9 +3,10 @@
 use opentmcl_catalog::{Block, Foc, Motion, Servo as Shared};
 use opentmcl_motion::servo::pi::Gains;
 use opentmcl_motion::servo::ramp::braking_speed;
+use opentmcl_motion::servo::saturated;
 use opentmcl_motion::servo::transform::Dq;
 
-use super::sensors::{Source, TURN, saturated};
+use super::sensors::{Source, TURN};
 use super::{Mode, Servo, TICKS_PER_SECOND};
 
 /// The regulators of the speed calculate in 1/256 revolution per minute.

@@ -5,7 +5,8 @@
 //! - The flag of overcurrent says that the current has reached its limit: a regulator at its limit exceeds it all
 //!   the time by a little, as the manual itself says of the limit. It is the mean of a millisecond that counts, so
 //!   that a single reading does not set it.
-//! - Flags 0, 5 and 6 stay until they are read, or, of a TMCM-1613, flag 6 until parameter 215 acknowledges it.
+//! - Flags 0, 5 and 6 stay until they are read, or, of a TMCM-1613, flag 6 until parameter 215 acknowledges it. So do
+//!   flags 1, 2 and 3 if they have stopped the motor.
 //!   All others follow what they tell.
 //! - Under- and overvoltage, overtemperature and a fault of the gate driver switch the bridge off and lead to stop
 //!   mode, which a motion command ends when the cause is gone.
@@ -158,7 +159,12 @@ impl Servo {
         // A speed of 0 is a standstill whatever the parameter says.
         note(HALTED, speed == 0 || speed < halted.unsigned_abs(), true);
         self.status.conditions = conditions;
-        if conditions & (UNDERVOLTAGE | OVERVOLTAGE | OVERTEMPERATURE) != 0 {
+        let off = conditions & (UNDERVOLTAGE | OVERVOLTAGE | OVERTEMPERATURE);
+        if off != 0 {
+            // Whoever finds the motor stopped shall find out why, however short the cause was.
+            if self.mode != Mode::Stop {
+                self.status.latched |= off;
+            }
             self.set_mode(Mode::Stop);
         }
         let inverted = self.reading.hall_inverted;

@@ -6,9 +6,9 @@
 //!   such speeds in a second. What has been set keeps its number when the unit changes.
 
 use opentmcl_catalog::{Foc, Motion};
+use opentmcl_motion::servo::saturated;
 
 use super::Servo;
-use super::sensors::saturated;
 use super::slow::RPM;
 
 impl Servo {

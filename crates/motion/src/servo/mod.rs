@@ -72,7 +72,7 @@ pub enum Leg {
 
 /// The nearest value that 32 bits can hold.
 #[inline]
-const fn saturated(value: i64) -> i32 {
+pub const fn saturated(value: i64) -> i32 {
     if value > i32::MAX as i64 {
         i32::MAX
     } else if value < i32::MIN as i64 {
