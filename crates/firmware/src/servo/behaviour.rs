@@ -9,8 +9,11 @@
 //!   belongs to input 0 in analog mode.
 //! - A motor that the stop input holds has the target speed 0.
 
+use opentmcl_catalog::{Globals, Servo as Shared};
+
 use super::{Mode, Servo, Surroundings};
-use opentmcl_catalog::Servo as Shared;
+use crate::board::Board;
+use crate::module::Module;
 
 /// Reading of analog input 0 of 15 V at power-up, from which on the stored behaviour counts: 20 V are 4095.
 const USUAL_START: i32 = 3072;
@@ -105,5 +108,18 @@ impl Servo {
         if self.is_ready() && (self.mode != Mode::Velocity || self.target_velocity != speed) {
             self.turn(speed);
         }
+    }
+}
+
+impl<B: Board> Module<B> {
+    /// Takes another behaviour of global parameter 78.
+    pub(crate) fn behave(&mut self, behaviour: Behaviour) {
+        self.globals.set(Globals::ModuleBehaviour, behaviour as i32);
+        self.servo.behave(behaviour);
+    }
+
+    /// The present behaviour; that of other modules is the default one.
+    pub(crate) fn behaviour(&self) -> Behaviour {
+        self.servo.behaviour
     }
 }

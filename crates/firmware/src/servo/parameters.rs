@@ -155,7 +155,6 @@ impl Servo {
     /// The value of a parameter of a TMCM-1636; `number` tells rows with the same effect apart.
     pub(crate) fn get_foc(&self, parameter: Foc, number: u8, around: &Surroundings) -> i32 {
         let [a, b] = self.phase_currents;
-        let pole_pairs = self.reading.pole_pairs;
         let angle = |angle: u16| i32::from(angle as i16);
         let open_loop = self.angle_of(Source::OpenLoop);
         match parameter {
@@ -196,9 +195,6 @@ impl Servo {
             Foc::VelocityLoops => VELOCITY_LOOPS,
             Foc::DebugValue => {
                 self.debug.get(usize::from(number % 10)).copied().unwrap_or_default()
-            }
-            Foc::EncoderOffset if self.settings[parameter] < 0 => {
-                self.settings[parameter] + self.encoder_steps() as i32 / pole_pairs.max(1) as i32
             }
             Foc::AdcOffsetA
             | Foc::AdcOffsetB
