@@ -98,7 +98,7 @@ const EXAMPLES: &str = "\
 Examples:
   tmcl tune torque -c virtual:tmcm-1613 --step 1000 --p 600 --i 0
   tmcl tune velocity -c /dev/ttyACM0 --step 2000 --p 800 --i 500 --plot velocity.svg
-  tmcl tune velocity -c virtual:tmcm-1636 --step 1000 --set commutation_mode=2
+  tmcl tune velocity -c virtual:tmcm-1636 --step 1000 --set commutation_mode=2 --set hall_polarity=1
   tmcl tune position -c tcp:127.0.0.1:4016 --step 4096 --p 300 --ramp --json";
 
 /// Longest run: samples are kept in memory.

@@ -50,6 +50,16 @@ pub(super) struct Trouble {
     pub(super) help: &'static str,
 }
 
+/// The one that is no fault: a regulator with much to do takes all the current that it may.
+const OVERCURRENT: &str = "overcurrent";
+
+impl Trouble {
+    /// Whether it may be why a motor does not follow.
+    pub(super) fn is_cause(self) -> bool {
+        self.name != OVERCURRENT
+    }
+}
+
 /// Looks at the status flags. Reading them may clear them.
 fn troubles(line: &mut Line, module: &'static Module) -> Result<Vec<Trouble>, Failure> {
     let row = parameter(module, Servo::StatusFlags)?;

@@ -1,4 +1,4 @@
-//! `--plot`: target and answer over time, with what else was read below.
+//! `--plot`: target and answer over time, with what else changed below.
 
 use opentmcl_wire::Duration;
 
@@ -29,7 +29,9 @@ pub(super) fn draw(plan: &Plan, run: &Run, report: &Report) -> String {
         style: TARGET,
         points: vec![(0, run.from.into()), (0, run.to.into()), (end, run.to.into())],
     };
-    let mut panels: Vec<Panel> = run.channels.iter().map(panel).collect();
+    let answers = run.channels.iter().take(1);
+    let others = run.channels.iter().skip(1).filter(|channel| !is_flat(channel));
+    let mut panels: Vec<Panel> = answers.chain(others).map(panel).collect();
     if let Some(Panel::Curves { curves, bands, .. }) = panels.first_mut() {
         curves.push(target);
         bands.extend(band);
@@ -45,6 +47,11 @@ pub(super) fn draw(plan: &Plan, run: &Run, report: &Report) -> String {
         panels,
     }
     .draw()
+}
+
+/// Whether there is nothing to see.
+fn is_flat(channel: &Channel) -> bool {
+    channel.points.windows(2).all(|pair| pair[0].1 == pair[1].1)
 }
 
 fn panel(channel: &Channel) -> Panel {

@@ -42,7 +42,7 @@ pub(super) struct Report {
     #[serde(skip)]
     notes: Vec<String>,
     #[serde(skip)]
-    help: Option<String>,
+    help: Option<&'static str>,
 }
 
 /// Rounded to what a reader can use.
@@ -112,6 +112,7 @@ impl Report {
         let length = moments.last().map_or(0.0, |moment| moment.time);
         let intervals = moments.len().saturating_sub(1) as f64;
         let rate = if length > 0.0 { intervals / length } else { 0.0 };
+        let cause = run.troubles.iter().find(|(_, trouble)| trouble.is_cause());
         let mut report = Self {
             module: plan.module.title,
             firmware: lookup::version(plan.module.firmware),
@@ -130,7 +131,7 @@ impl Report {
             answer: response.as_ref().map(|response| Answer::new(response, from, band)),
             troubles: run.troubles.iter().map(|(_, trouble)| trouble.name).collect(),
             notes: Vec::new(),
-            help: run.troubles.first().map(|(_, trouble)| trouble.help.to_owned()),
+            help: cause.map(|(_, trouble)| trouble.help),
         };
         report.take_notes(run, response.as_ref());
         report
@@ -142,7 +143,9 @@ impl Report {
             self.notes.push(format!("{name} after {at}: {help}"));
         }
         if let Some(rpm) = run.still_turns {
-            self.notes.push(format!("the motor was stopped and still turns with {rpm} rpm"));
+            self.notes.push(format!(
+                "MST did not stop the motor, which still turned with {rpm} rpm; its torque is 0 now"
+            ));
         }
         if response.is_some_and(|response| {
             response.rise.is_some() && response.points_of_rise < POINTS_OF_RISE
@@ -171,10 +174,11 @@ impl Report {
             ),
             _ => (
                 format!("the {} did not follow", self.regulator),
-                "is the gain too low, or does something hold the shaft? Try a larger --p",
+                "is the gain too low, does something hold the shaft, or has the sensor the wrong \
+                 direction or polarity? A larger --p helps the first",
             ),
         };
-        Failure::new(message).help(self.help.as_deref().unwrap_or(usual))
+        Failure::new(message).help(self.help.unwrap_or(usual))
     }
 
     /// A line of the report for each number.

@@ -1,6 +1,6 @@
 //! The step itself: set up, command, sample, stop, restore.
 
-use opentmcl_catalog::{AxisBehaviour, AxisParameter, Module, Servo};
+use opentmcl_catalog::{AxisParameter, Module, Servo};
 use opentmcl_wire::{Duration, TICKS_PER_SECOND};
 
 use super::health::{self, Trouble};
@@ -9,8 +9,11 @@ use super::regulator::{Parameters, Regulator, named, parameter, unit};
 use super::settings::Changed;
 use crate::failure::Failure;
 
-/// How long a motor is given to stand still after a run.
-const STOPPING: Duration = Duration::from_secs(3);
+/// A motor that does not get slower for so long will not stop.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Longest time until a motor that gets slower stands.
+const STOPPING: Duration = Duration::from_secs(30);
 
 /// A motor of at most so many revolutions per minute is as good as stopped: friction takes the rest, and a coarse
 /// sensor does not tell slower speeds at once.
@@ -54,7 +57,8 @@ pub(super) struct Run {
     pub(super) channels: Vec<Channel>,
     /// What status flags told of, and when first.
     pub(super) troubles: Vec<(Duration, Trouble)>,
-    /// The speed of the motor when it should have stood still after the run; none if it did.
+    /// The speed of the motor when it should have stood still after the run, so that its torque was set to 0; none if
+    /// it stood.
     pub(super) still_turns: Option<i32>,
 }
 
@@ -67,7 +71,7 @@ pub(super) fn play(
     let mut changed = Changed::default();
     let mut has_stepped = false;
     let result = step(line, plan, &mut changed, &mut has_stepped, is_interrupted);
-    let stopped = if has_stepped { stop(line, plan.module) } else { Ok(None) };
+    let stopped = if has_stepped { stop(line, plan.module, &mut changed) } else { Ok(None) };
     let restored = changed.restore(line);
     let mut run = result?;
     run.still_turns = stopped?;
@@ -168,21 +172,39 @@ fn ask(line: &mut Line, channel: &mut Channel, start: Duration) -> Result<(), Fa
     Ok(())
 }
 
-/// Stops the motor and waits until it stands; its speed if it does not.
-fn stop(line: &mut Line, module: &'static Module) -> Result<Option<i32>, Failure> {
+/// Stops the motor, along the ramp to spare the supply, and waits until it stands; its speed if it does not. Where
+/// the sensor has the wrong direction, the regulator of the speed drives the motor faster and faster in place of
+/// braking it: then it gets no current any more.
+fn stop(
+    line: &mut Line,
+    module: &'static Module,
+    changed: &mut Changed,
+) -> Result<Option<i32>, Failure> {
+    let ramp = parameter(module, Servo::RampEnable)?;
+    // Stopped it must be, whatever comes of the ramp.
+    let ramp = changed.set(line, ramp, 1, false);
     line.stop()?;
+    ramp?;
     let speed = parameter(module, Servo::ActualVelocity)?;
-    let halted = super::regulator::find(module, AxisBehaviour::Servo(Servo::HaltedVelocity));
-    let halted = halted.map(|row| line.read(row)).transpose()?.unwrap_or(0).max(1);
-    let end = line.now() + STOPPING;
+    let halted = line.read(parameter(module, Servo::HaltedVelocity)?)?.max(1);
+    let start = line.now();
+    let mut slowest = (i32::MAX, start);
     loop {
         let turning = line.read(speed)?;
-        if turning.saturating_abs() < halted {
+        let (now, size) = (line.now(), turning.saturating_abs());
+        if size < halted {
             return Ok(None);
         }
-        if line.now() >= end {
-            return Ok(Some(turning).filter(|turning| turning.saturating_abs() > CREEPING));
+        if size < slowest.0 {
+            slowest = (size, now);
         }
-        line.wait_until(line.now() + PAUSE);
+        if now - slowest.1 >= PATIENCE || now - start >= STOPPING {
+            if size <= CREEPING {
+                return Ok(None);
+            }
+            line.write(parameter(module, Servo::TargetTorque)?, 0)?;
+            return Ok(Some(turning));
+        }
+        line.wait_until(now + PAUSE);
     }
 }

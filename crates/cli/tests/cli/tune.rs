@@ -213,6 +213,20 @@ fn a_motor_that_does_not_follow_fails_behind_its_report() {
 }
 
 #[test]
+fn a_motor_that_runs_away_is_told_and_loses_its_torque() {
+    // The usual motor has its hall lines inverted, and the module takes them as they are: each correction drives it
+    // further.
+    let words = ["velocity", "-c", "virtual:tmcm-1636", "--step", "1000", "--set", "15=2"];
+    let output = run(&[&["tune"], &words[..]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("note       MST did not stop the motor"), "{text}");
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(errors.starts_with("error: the velocity went the other way\nhelp: "), "{errors}");
+    assert!(errors.contains("polarity of the sensor"), "{errors}");
+}
+
+#[test]
 fn what_cannot_be_done_is_wrong_usage() {
     for (words, expected) in [
         (&["position", "--step", "10", "--i", "1"][..], "no integral part"),
