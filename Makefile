@@ -68,7 +68,7 @@ conform: program ## Run the transcripts and count what they cover
 	$(TARGET)/debug/tmcl conform --coverage
 
 .PHONY: test-python
-test-python: program venv ## Run the client tests with PyTrinamic
+test-python: program venv ## Run the client tests with PyTrinamic, and the motor model beside another
 	$(call heading,client tests)
 	TMCL=$(TARGET)/debug/tmcl $(PYTHON) -m pytest tests/python
 
@@ -111,17 +111,23 @@ docs-check: program venv ## Check the documentation: API docs, links, and that e
 	TMCL=$(TARGET)/debug/tmcl python3 tools/check_docs.py --python $(PYTHON)
 
 .PHONY: bench
-bench: venv ## Measure, print a table and write target/bench/summary.json
+bench: $(VENV)/installed-bench ## Measure, print a table and write target/bench/summary.json
 	$(call heading,build)
 	cargo build --locked --release -p opentmcl-cli -p opentmcl-bench
 	$(call heading,measure)
 	TMCL=$(TARGET)/release/tmcl BENCH=$(TARGET)/release/opentmcl-bench $(PYTHON) bench/run.py
 
 .PHONY: venv
-venv: $(VENV)/installed ## Install Python with PyTrinamic in .venv
+venv: $(VENV)/installed ## Install Python with PyTrinamic and simulators in .venv
 
-$(VENV)/installed: tests/python/requirements.txt
+$(VENV)/installed: tests/python/requirements.txt tests/python/simulators.txt
 	$(call heading,Python environment)
+	tools/make-venv.sh $(VENV) $^
+	@touch $@
+
+# What only `make bench` needs.
+$(VENV)/installed-bench: bench/simulators.txt $(VENV)/installed
+	$(call heading,further simulators)
 	tools/make-venv.sh $(VENV) $<
 	@touch $@
 

@@ -240,6 +240,29 @@ def assembler_beside_gnu_as():
     return value, None, f"{note}; GNU as on similar lines: {theirs:.3g}/s, ratio {value / theirs:.1f}"
 
 
+# --- A servo beside other simulators -----------------------------------------------------------
+
+SIMULATORS = ("motulator", "gym-electric-motor")
+SERVO_ROUNDS = 3
+
+
+def servo_beside_simulators():
+    """The best of some turns of each, by the time of the processor."""
+    program = ROOT / "bench" / "reference" / "servo_simulators.py"
+    best = {name: 0 for name in SIMULATORS}
+    ours = []
+    for _ in range(SERVO_ROUNDS):
+        ours.append(rust("field-oriented")())
+        for name in SIMULATORS:
+            result = subprocess.run(
+                [sys.executable, program, name], check=True, capture_output=True, text=True)
+            best[name] = max(best[name], float(result.stdout))
+    value, _, note = max(ours)
+    others = "; ".join(
+        f"{name}: {theirs:.2g}, ratio {value / theirs:.0f}" for name, theirs in best.items())
+    return value, None, f"{note}; {others}"
+
+
 # --- A served module that stands still --------------------------------------------------------
 
 REST_SECONDS = 3
@@ -292,6 +315,9 @@ ROWS = [
         at_least=1e6),
     Row("the same with six loaded axes, switches and encoders", "x real time", rust("loaded-hour"),
         at_least=1e5),
+    Row("FOC servo at 20 kHz with motor model", "x real time", servo_beside_simulators,
+        at_least=500),
+    Row("the same with block commutation", "x real time", rust("block-commutation"), at_least=500),
     Row("memory of a module", "bytes", rust("module-memory"), at_most=64 * 1024),
     Row("10000 modules polled every 10 ms", "% of 2 cores", rust("fleet"), at_most=100),
     Row("wake-ups of a served module at rest", "1/s", wakeups_at_rest, at_most=0),

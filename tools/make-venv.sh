@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Makes a Python environment with pinned packages: tools/make-venv.sh FOLDER REQUIREMENTS
+# Makes a Python environment with pinned packages, or adds to it: tools/make-venv.sh FOLDER REQUIREMENTS...
+# Files named simulators.txt say all that is needed: the packages in them are installed without dependencies.
 set -eu
 folder=$1
-requirements=$2
+shift
 
 if ! python3 -c 'import ensurepip, venv' 2>/dev/null; then
   echo "error: this Python cannot make environments; on Debian and Ubuntu:" >&2
@@ -10,4 +11,8 @@ if ! python3 -c 'import ensurepip, venv' 2>/dev/null; then
   exit 1
 fi
 python3 -m venv "$folder"
-"$folder/bin/python" -m pip install --quiet --disable-pip-version-check -r "$requirements"
+for requirements; do
+  alone=
+  if [ "$(basename "$requirements")" = simulators.txt ]; then alone=--no-deps; fi
+  "$folder/bin/python" -m pip install --quiet --disable-pip-version-check $alone -r "$requirements"
+done

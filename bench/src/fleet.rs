@@ -58,7 +58,7 @@ fn poll(mut fleet: Vec<VirtualModule>, start: Instant) -> u32 {
 }
 
 /// Processor time of this process so far.
-fn cpu_seconds() -> f64 {
+pub(crate) fn cpu_seconds() -> f64 {
     /// The kernel counts in 1/100 s for all programs, whatever its own clock.
     const TICKS_PER_SECOND: f64 = 100.0;
     let stat = fs::read_to_string("/proc/self/stat").expect("/proc is mounted");

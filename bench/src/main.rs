@@ -7,6 +7,7 @@ mod fleet;
 mod heap;
 mod line;
 mod program;
+mod servo;
 
 use std::env;
 use std::time::{Duration, Instant};
@@ -29,13 +30,15 @@ impl Measured {
 type Measurement = (&'static str, fn() -> Measured);
 
 /// By name; the unit, the reference and the budget of each are in `bench/run.py`.
-const MEASUREMENTS: [Measurement; 10] = [
+const MEASUREMENTS: [Measurement; 12] = [
     ("gap-in-process", line::gap_in_process),
     ("own-work-per-request", line::own_work_per_request),
     ("garbage", line::garbage),
     ("interpreter", program::interpreter),
     ("six-axis-hour", program::six_axis_hour),
     ("loaded-hour", program::loaded_hour),
+    ("field-oriented", servo::field_oriented),
+    ("block-commutation", servo::block),
     ("module-memory", heap::module_memory),
     ("fleet", fleet::fleet),
     ("assembler", assembler::lines),

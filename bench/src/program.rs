@@ -45,7 +45,7 @@ fn model() -> &'static Module {
     find("tmcm-6214").expect("the catalogue has the module")
 }
 
-fn execute(module: &mut VirtualModule, line: &str) -> i32 {
+pub(crate) fn execute(module: &mut VirtualModule, line: &str) -> i32 {
     let command = mnemonic::parse(line).expect("a command");
     let reply = module.execute(command);
     assert!(reply.status.is_ok(), "{line}: {}", reply.status);

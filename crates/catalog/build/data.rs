@@ -41,15 +41,17 @@ pub(crate) struct Head {
     pub(crate) version: String,
     pub(crate) axes: u8,
     pub(crate) motion: Motion,
-    pub(crate) peak_current_ma: u16,
+    pub(crate) peak_current_ma: u32,
 }
 
-/// Which chips drive the axes, in the words of the files.
+/// What drives the axes, in the words of the files.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Motion {
     Tmc5160,
     Tmc429,
+    Foc,
+    Block,
 }
 
 #[derive(Debug, Deserialize)]
@@ -226,14 +228,23 @@ pub(crate) mod rooms {
     use super::Motion;
 
     /// Of axis parameters, of all modules.
-    pub(crate) const AXIS: &[(&str, &str)] =
-        &[("tmc5160", "Tmc5160"), ("tmc429", "Tmc429"), ("tmc26x", "Tmc26x"), ("axis", "Axis")];
+    pub(crate) const AXIS: &[(&str, &str)] = &[
+        ("tmc5160", "Tmc5160"),
+        ("tmc429", "Tmc429"),
+        ("tmc26x", "Tmc26x"),
+        ("axis", "Axis"),
+        ("servo", "Servo"),
+        ("foc", "Foc"),
+        ("block", "Block"),
+    ];
 
-    /// Of axis parameters, of a module with these chips.
+    /// Of axis parameters, of a module that is driven so.
     pub(crate) fn axis(motion: Motion) -> &'static [(&'static str, &'static str)] {
         match motion {
             Motion::Tmc5160 => &[("tmc5160", "Tmc5160"), ("axis", "Axis")],
             Motion::Tmc429 => &[("tmc429", "Tmc429"), ("tmc26x", "Tmc26x"), ("axis", "Axis")],
+            Motion::Foc => &[("servo", "Servo"), ("foc", "Foc")],
+            Motion::Block => &[("servo", "Servo"), ("block", "Block")],
         }
     }
 

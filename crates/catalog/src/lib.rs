@@ -6,7 +6,7 @@
 //!
 //! **A parameter that exists in the data and not in the code, or in the code and not in the data,
 //! does not compile.** Every row names its effect as `room.effect`. For each room the build
-//! generates an enum of all effects that any module names ([`Tmc5160`], [`Tmc429`], [`Axis`], [`Globals`], …),
+//! generates an enum of all effects that any module names ([`Tmc5160`], [`Tmc429`], [`Servo`], [`Globals`], …),
 //! and the file of the firmware that is that room matches on it exhaustively.
 //!
 //! Nothing outside this crate knows a module by name.
@@ -37,10 +37,10 @@ pub struct Module {
     pub version: [u8; 8],
     /// Number of axes.
     pub axes: u8,
-    /// Chips that drive the axes.
+    /// What drives the axes.
     pub motion: Motion,
     /// Amplitude of the phase currents that a motor driver gives at most, in mA.
-    pub peak_current_ma: u16,
+    pub peak_current_ma: u32,
     /// Electrical and mechanical ratings.
     pub ratings: &'static [Rating],
     /// Axis parameters by number, ascending.
@@ -58,7 +58,7 @@ pub struct Module {
     pub commands: &'static [Command],
 }
 
-/// Which chips drive the axes of a module; it decides in which rooms the effects of its axis
+/// What drives the axes of a module; it decides in which rooms the effects of its axis
 /// parameters are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
@@ -67,6 +67,17 @@ pub enum Motion {
     /// One TMC429 for each three axes makes the ramps, and a TMC26x (TMC260, TMC262) per axis drives
     /// the motor: the rooms `tmc429` and `tmc26x`.
     Tmc429,
+    /// Field-oriented control of a servo motor: the rooms `servo` and `foc`.
+    Foc,
+    /// Block commutation of a brushless motor by its hall lines: the rooms `servo` and `block`.
+    Block,
+}
+
+impl Motion {
+    /// Whether the regulators of a servo motor are in the firmware.
+    pub const fn is_servo(self) -> bool {
+        matches!(self, Self::Foc | Self::Block)
+    }
 }
 
 /// One rated value of a module, for people.
@@ -338,6 +349,7 @@ impl Module {
                 row.behaviour,
                 AxisBehaviour::Tmc5160(Tmc5160::TargetSpeed)
                     | AxisBehaviour::Tmc429(Tmc429::TargetSpeed)
+                    | AxisBehaviour::Servo(Servo::TargetVelocity)
             )
         })
     }

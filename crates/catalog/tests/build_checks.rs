@@ -579,6 +579,9 @@ fn the_generated_code_has_the_rows_in_order_and_one_variant_for_each_effect() {
         "pub enum AxisBehaviour {",
         "Tmc429(Tmc429),\n",
         "Tmc26x(Tmc26x),\n",
+        "Servo(Servo),\n",
+        "Foc(Foc),\n",
+        "Block(Block),\n",
         "unavailable: Some(\"it never runs\")",
         "pub static MODULES: &[&Module] = &[&TMCM_1];",
     ] {

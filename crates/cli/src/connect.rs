@@ -28,6 +28,11 @@ impl ConnectArgs {
         })
     }
 
+    /// What is to be connected, for those who do it themselves.
+    pub(crate) fn uri(&self) -> &Uri {
+        &self.connect
+    }
+
     /// The program on the module behind this connection.
     pub(crate) fn programmer<'a>(
         &self,

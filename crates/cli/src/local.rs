@@ -5,6 +5,7 @@ use std::time::Duration;
 use opentmcl_firmware::{Line, Port};
 use opentmcl_link::{Connection, ConnectionError, DEFAULT_TIMEOUT};
 use opentmcl_virtual::{MemoryFlash, ModuleSetup, Options, VirtualModule};
+use opentmcl_wire::Instant;
 use opentmcl_wire::serial::{Decoder, FRAME_LEN};
 
 const PORT: Port = Port { line: Line::Usb, number: 0 };
@@ -20,6 +21,16 @@ impl LocalModule {
     pub(crate) fn new(setup: &ModuleSetup) -> Self {
         let module = VirtualModule::with_setup(setup, MemoryFlash::new(), Options::default());
         Self { module, decoder: Decoder::new() }
+    }
+
+    /// Its time.
+    pub(crate) fn now(&self) -> Instant {
+        self.module.now()
+    }
+
+    /// Lets time pass.
+    pub(crate) fn advance(&mut self, by: opentmcl_wire::Duration) {
+        self.module.advance(by);
     }
 }
 

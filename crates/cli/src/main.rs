@@ -29,6 +29,7 @@ mod sources;
 mod terminal;
 mod test_programs;
 mod time;
+mod tune;
 mod upload;
 mod uri;
 mod virtual_args;
@@ -59,7 +60,8 @@ Examples:
   tmcl check spin.tmc                           mistakes in a program
   tmcl asm spin.tmc                             a program as the file that modules take
   tmcl sim spin.tmc -m tmcm-6214                what a program does, in virtual time
-  tmcl test                                     tests of programs";
+  tmcl test                                     tests of programs
+  tmcl tune velocity -c PORT --step 1000        how a servo answers a step";
 
 #[derive(Subcommand)]
 enum Command {
@@ -80,6 +82,7 @@ enum Command {
     Status(control::StatusArgs),
     Sim(sim::Args),
     Test(test_programs::Args),
+    Tune(tune::Args),
     Conform(conform::Args),
     Lsp(lsp::Args),
 }
@@ -103,6 +106,7 @@ fn main() -> ExitCode {
         Command::Status(args) => failure::exit_code(control::status(&args)),
         Command::Sim(args) => failure::exit_code(sim::run(&args)),
         Command::Test(args) => failure::exit_code(test_programs::run(&args)),
+        Command::Tune(args) => failure::exit_code(tune::run(&args)),
         Command::Conform(args) => conform::run(args),
         Command::Lsp(args) => lsp::run(args),
     }

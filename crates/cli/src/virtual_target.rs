@@ -184,9 +184,9 @@ impl Target for VirtualTarget<'_> {
     fn stage(&mut self, axis: u8, unit: &str) -> Result<Option<f64>, TargetError> {
         self.look()?;
         let scale = self.module.scale(axis);
-        let stage = self.module.view(axis).map(|view| view.stage);
+        let stage = self.module.stage(axis);
         Ok(match unit {
-            "usteps" => stage,
+            "usteps" if !self.module.model().motion.is_servo() => stage,
             _ if unit == scale.unit().symbol() => stage.map(|stage| scale.to_stage(stage)),
             _ => None,
         })

@@ -1,6 +1,7 @@
 //! What the firmware sees of its hardware.
 
 use embedded_storage::nor_flash::NorFlash;
+pub use opentmcl_motion::servo::{Power, Senses};
 use opentmcl_wire::Instant;
 
 /// The hardware around the firmware: chips behind registers, pins, converters, a flash.
@@ -34,6 +35,28 @@ pub trait Board {
 
     /// Writes a register (0..=127) of the motion chip of this axis.
     fn write_register(&mut self, axis: u8, address: u8, value: u32);
+
+    /// Reads what the control interrupt of a servo axis wants to know at this time.
+    fn sense(&mut self, axis: u8, senses: &mut Senses) {
+        let _ = (axis, senses);
+    }
+
+    /// What the control interrupt of a servo axis gives: from now on, until the next one.
+    fn drive(&mut self, axis: u8, power: &Power) {
+        let _ = (axis, power);
+    }
+
+    /// Whether nothing that a servo axis senses will change by itself while it gets the same power. A board that cannot tell says no, and its control interrupt never rests.
+    fn is_still(&mut self, axis: u8) -> bool {
+        let _ = axis;
+        false
+    }
+
+    /// Whether the contacts of the left and the right limit switch of a servo axis are closed.
+    fn limit_switches(&mut self, axis: u8) -> (bool, bool) {
+        let _ = axis;
+        (false, false)
+    }
 
     /// Levels of the general purpose inputs, bit n for input n.
     fn digital_inputs(&mut self) -> u8;
@@ -74,4 +97,6 @@ pub enum Analog {
     Temperature,
     /// Supply current in mA.
     SupplyCurrent,
+    /// Temperature of the motor in °C.
+    MotorTemperature,
 }

@@ -53,7 +53,7 @@ impl<B: Board> Module<B> {
             Ok(request) => request.address,
             Err(damaged) => damaged.address,
         };
-        if port.line != Line::Usb && !self.is_my_address(address) {
+        if !self.behaviour().hears() || port.line != Line::Usb && !self.is_my_address(address) {
             return;
         }
         match request {
@@ -83,6 +83,10 @@ impl<B: Board> Module<B> {
     pub(crate) fn is_suppressed(&self, command: u8) -> bool {
         let asks =
             matches!(Opcode::from_number(command), Some(Opcode::Gap | Opcode::Ggp | Opcode::Gio));
+        if self.has_servo() {
+            // What suppresses replies there suppresses all of them.
+            return self.globals[Globals::SuppressReply] != 0 || !self.behaviour().speaks();
+        }
         self.globals[Globals::SuppressReply] != 0 && !asks
     }
 

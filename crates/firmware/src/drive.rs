@@ -1,5 +1,5 @@
-//! What moves an axis: a TMC5160, or a TMC429 with a TMC26x behind it. Here is what both can do; what only
-//! one of them can is in its own room.
+//! What moves an axis: a TMC5160, a TMC429 with a TMC26x behind it, or the regulators of a servo axis. Here is what
+//! all can do; what only one of them can is in its own room.
 
 use opentmcl_catalog::Motion;
 use opentmcl_motion::interpolation::Limits;
@@ -7,6 +7,7 @@ use opentmcl_motion::interpolation::Limits;
 use crate::axis::{AxisNumber, AxisState};
 use crate::board::Board;
 use crate::module::Module;
+use crate::servo;
 use crate::{tmc429, tmc5160, units};
 
 /// Registers of an axis on the board; addresses have seven bits.
@@ -47,6 +48,7 @@ impl Memory {
 pub(crate) enum Drive<'a, B> {
     Tmc5160(tmc5160::Chip<'a, B>),
     Tmc429(tmc429::Chip<'a, B>),
+    Servo(servo::axis::Axis<'a, B>),
 }
 
 /// The same call to whichever chip it is.
@@ -55,6 +57,7 @@ macro_rules! either {
         match $drive {
             Drive::Tmc5160($chip) => $call,
             Drive::Tmc429($chip) => $call,
+            Drive::Servo($chip) => $call,
         }
     };
 }
@@ -65,9 +68,13 @@ impl<B: Board> Drive<'_, B> {
         either!(self, chip => chip.initialize());
     }
 
-    /// The ramp limits as set by parameters.
+    /// The ramp limits as set by parameters; a servo axis has none for moves together with others.
     pub(crate) fn settings(&self) -> Limits {
-        either!(self, chip => chip.state.settings)
+        match self {
+            Self::Tmc5160(chip) => chip.state.settings,
+            Self::Tmc429(chip) => chip.state.settings,
+            Self::Servo(_) => Limits::default(),
+        }
     }
 
     /// The position counter.
@@ -90,6 +97,7 @@ impl<B: Board> Drive<'_, B> {
         match self {
             Self::Tmc5160(chip) => chip.encoder_position(),
             Self::Tmc429(chip) => chip.position(),
+            Self::Servo(axis) => axis.position(),
         }
     }
 
@@ -103,6 +111,7 @@ impl<B: Board> Drive<'_, B> {
         match self {
             Self::Tmc5160(chip) => units::speed_from_register(i64::from(chip.velocity())),
             Self::Tmc429(chip) => chip.pps(),
+            Self::Servo(axis) => axis.pps(),
         }
     }
 
@@ -150,10 +159,13 @@ impl<B: Board> Drive<'_, B> {
 impl<B: Board> Module<B> {
     /// The chips of an axis.
     pub(crate) fn drive(&mut self, axis: AxisNumber) -> (Drive<'_, B>, &mut AxisState) {
-        let (state, board) = (&mut self.chips[axis], &mut self.board);
+        let (state, board, now) = (&mut self.chips[axis], &mut self.board, self.now);
         let drive = match self.model.motion {
             Motion::Tmc5160 => Drive::Tmc5160(tmc5160::Chip { axis, state, board }),
             Motion::Tmc429 => Drive::Tmc429(tmc429::Chip { axis, state, board }),
+            Motion::Foc | Motion::Block => {
+                Drive::Servo(servo::axis::Axis { servo: &mut self.servo, board, now })
+            }
         };
         (drive, &mut self.axes[axis])
     }

@@ -13,6 +13,8 @@ pub(crate) struct GlobalSettings {
     numbers: [u8; Self::EFFECTS],
     /// Time at which the tick timer was 0.
     tick_origin: u64,
+    /// The bits that it has.
+    tick_mask: u32,
     random: u32,
 }
 
@@ -27,13 +29,17 @@ impl GlobalSettings {
     pub(crate) fn new(model: &Module, now: Instant) -> Self {
         let mut values = [0; 256];
         let mut numbers = [0; Self::EFFECTS];
+        let mut tick_mask = i32::MAX as u32;
         for row in model.global_parameters.iter().filter(|row| row.bank == 0) {
             values[usize::from(row.number)] = row.default;
             if let GlobalBehaviour::Globals(effect) = row.behaviour {
                 numbers[effect as usize % Self::EFFECTS] = row.number;
+                if effect == Globals::TickTimer && row.max > i64::from(i32::MAX) {
+                    tick_mask = u32::MAX;
+                }
             }
         }
-        Self { values, numbers, tick_origin: now.as_ticks(), random: 1 }
+        Self { values, numbers, tick_origin: now.as_ticks(), tick_mask, random: 1 }
     }
 
     /// Whether the module has a parameter with this effect. Bank 0 has no number 0.
@@ -45,18 +51,25 @@ impl GlobalSettings {
         self.values[usize::from(number)]
     }
 
+    /// Sets the parameter with this effect, if the module has one.
+    pub(crate) fn set(&mut self, effect: Globals, value: i32) {
+        if self.has(effect) {
+            self.values[usize::from(self.numbers[effect as usize % Self::EFFECTS])] = value;
+        }
+    }
+
     pub(crate) fn set_number(&mut self, number: u8, value: i32) {
         self.values[usize::from(number)] = value;
     }
 
-    /// Milliseconds counted by the tick timer, 31 bit.
+    /// Milliseconds counted by the tick timer. It comes round after the largest value of its row, of 31 or 32 bits.
     pub(crate) fn ticks(&self, now: Instant) -> i32 {
         let elapsed = now.as_ticks().wrapping_sub(self.tick_origin) / Self::MILLISECOND;
-        (elapsed & 0x7FFF_FFFF) as i32
+        (elapsed as u32 & self.tick_mask) as i32
     }
 
     pub(crate) fn set_ticks(&mut self, now: Instant, value: i32) {
-        let elapsed = u64::from(value.unsigned_abs()) * Self::MILLISECOND;
+        let elapsed = u64::from(value as u32 & self.tick_mask) * Self::MILLISECOND;
         self.tick_origin = now.as_ticks().wrapping_sub(elapsed);
     }
 

@@ -16,6 +16,7 @@
 //! - `search`: the reference search; `guard`: stops by stall and by deviation of the encoder.
 //! - `drive`: what every set of chips can do; `tmc5160`, `tmc429`: their drivers, by registers only; `tend`:
 //!   what the firmware does for drivers that do not do it themselves; `units`: units of the TMC5160.
+//! - `servo`: the regulators of a servo axis.
 //! - `power_up`: what happens when the supply comes.
 //! - `globals`, `axis`: settings in memory; `storage`: settings in the EEPROM.
 //!
@@ -50,6 +51,7 @@ mod module;
 mod power_up;
 mod program;
 mod search;
+mod servo;
 pub mod storage;
 mod tend;
 mod terminal;
@@ -58,9 +60,9 @@ mod tmc5160;
 mod units;
 mod watch;
 
-pub use board::{Analog, Board};
+pub use board::{Analog, Board, Power, Senses};
 pub use cpu::{ErrorFlags, Flags, Mode};
 pub use direct::Answer;
 pub use line::{Line, Port};
 pub use module::{Config, Module};
-pub use watch::{Executed, ProgramState};
+pub use watch::{Executed, ProgramState, ServoState};

@@ -16,6 +16,7 @@ use crate::guard::Guards;
 use crate::interrupts::Interrupts;
 use crate::line::{Outbox, Port};
 use crate::program::{Download, Program};
+use crate::servo::Servo;
 use crate::terminal::Terminals;
 use crate::tmc429;
 use crate::tmc5160::Chip;
@@ -91,6 +92,8 @@ pub struct Module<B> {
     pub(crate) guards: Guards,
     /// When to look next at what the drivers do not do themselves.
     pub(crate) next_tending: Option<Instant>,
+    /// The servo axis of a module that has one.
+    pub(crate) servo: Servo,
     pub(crate) outbox: Outbox,
     pub(crate) terminals: Terminals,
     pub(crate) digital_outputs: u8,
@@ -132,6 +135,7 @@ impl<B: Board> Module<B> {
             searching: 0,
             guards: Guards::default(),
             next_tending: None,
+            servo: Servo::new(model.motion, now),
             outbox: Outbox::new(),
             terminals: Terminals::new(false),
             digital_outputs: 0,
@@ -150,6 +154,8 @@ impl<B: Board> Module<B> {
     /// Switches the module on that has been without its supply until now: what would have been due
     /// meanwhile never happens. Only the EEPROM is kept.
     pub fn switch_on(&mut self, now: Instant) {
+        // Nobody has regulated anything without a supply.
+        self.servo = Servo::new(self.model.motion, now);
         self.set_time(now);
         self.outbox = Outbox::new();
         self.restart();
@@ -168,6 +174,7 @@ impl<B: Board> Module<B> {
         self.searching = 0;
         self.guards = Guards::default();
         self.next_tending = None;
+        self.servo = Servo::new(self.model.motion, self.now);
         self.digital_outputs = 0;
         self.start();
     }
@@ -217,13 +224,14 @@ impl<B: Board> Module<B> {
         } else {
             earliest(self.next_own_step(), self.next_hardware_event())
         };
-        earliest(step, self.outbox.next_due())
+        earliest(earliest(step, self.next_catching_up()), self.outbox.next_due())
     }
 
     /// Tells that a pin has changed.
     pub fn hardware_changed(&mut self, now: Instant) {
         self.poll(now);
         self.quiet_until = UNKNOWN;
+        self.wake_servo();
         self.observe_supply();
         self.observe();
         self.cpu.look_again(self.now);
@@ -270,6 +278,7 @@ impl<B: Board> Module<B> {
 
     pub(crate) fn set_time(&mut self, now: Instant) {
         if now > self.now {
+            self.run_servo(now);
             self.now = now;
             self.board.set_time(now);
         }
@@ -293,7 +302,10 @@ impl<B: Board> Module<B> {
 
     /// When the hardware next changes something that has consequences.
     fn next_hardware_event(&mut self) -> Option<Instant> {
-        if self.is_watching() { self.board.next_event() } else { None }
+        if !self.is_watching() {
+            return None;
+        }
+        earliest(self.board.next_event(), self.next_servo_tick())
     }
 
     /// Until when a program may run on undisturbed by anything but itself.

@@ -34,6 +34,7 @@ impl<B: Board> Module<B> {
         for axis in AxisNumber::all(self.model.axes) {
             self.set_up_axis(axis);
         }
+        self.start_servo();
         self.had_motor_supply = self.has_motor_supply();
         self.set_up_groups();
         self.levels = self.read_levels();
@@ -65,7 +66,7 @@ impl<B: Board> Module<B> {
     fn set_up_axis(&mut self, axis: AxisNumber) {
         let is_in_pps = self.model.motion == Motion::Tmc5160;
         let (mut drive, state) = self.drive(axis);
-        // A TMC429 has no other units than its own, and its moves count from where the axis stands.
+        // The others have no other units than their own, and their moves count from where the axis stands.
         state.internal_units = !is_in_pps;
         state.relative_positioning_option = i32::from(!is_in_pps);
         drive.initialize();
@@ -83,6 +84,15 @@ impl<B: Board> Module<B> {
                         | catalog::Tmc429::ActualPosition
                         | catalog::Tmc429::TargetSpeed
                         | catalog::Tmc429::RampMode
+                ) | AxisBehaviour::Servo(
+                    catalog::Servo::TargetPosition
+                        | catalog::Servo::ActualPosition
+                        | catalog::Servo::TargetVelocity
+                        | catalog::Servo::TargetTorque
+                ) | AxisBehaviour::Block(
+                    catalog::Block::Reinitialize
+                        | catalog::Block::DriverAcknowledge
+                        | catalog::Block::DriverSpi
                 )
             );
             if row.access.write && row.axes & axis.bit() != 0 && !is_motion {
@@ -187,7 +197,7 @@ impl<B: Board> Module<B> {
         storage::load(board.flash(), |key, item| match (key, item) {
             (storage::Key::Global(number), storage::Item::Number(value)) => {
                 let row = model.global_parameter(0, number);
-                if row.is_some_and(|row| row.access.automatic) {
+                if row.is_some_and(|row| row.access.automatic || row.access.store) {
                     globals.set_number(number, value);
                 }
             }

@@ -54,7 +54,7 @@ impl<B: Board> Module<B> {
     /// Axes that are tended, as a mask: all of a module with such drivers.
     pub(crate) fn tended_axes(&self) -> u8 {
         match self.model.motion {
-            Motion::Tmc5160 => 0,
+            Motion::Tmc5160 | Motion::Foc | Motion::Block => 0,
             Motion::Tmc429 => {
                 AxisNumber::all(self.model.axes).fold(0, |axes, axis| axes | axis.bit())
             }

@@ -154,6 +154,38 @@ impl Before {
     }
 }
 
+/// A servo axis at present, as its parameters tell it, without what reading them would clear.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ServoState {
+    /// Target position, in the unit of the position parameters.
+    pub target_position: i32,
+    /// Where the ramp of the position is, in the same unit; the actual position without a ramp.
+    pub ramp_position: i32,
+    /// Actual position.
+    pub position: i32,
+    /// Target speed in revolutions per minute.
+    pub target_speed: i32,
+    /// What the ramp of the speed asks for, in revolutions per minute.
+    pub ramp_speed: i32,
+    /// Actual speed in revolutions per minute.
+    pub speed: i32,
+    /// Current that makes the torque in mA, as the regulator is asked for it.
+    pub target_torque: i32,
+    /// The same as it flows, mean of a millisecond.
+    pub torque: i32,
+    /// Current along the flux in mA, as the regulator is asked for it; 0 where there is no such regulator.
+    pub target_flux: i32,
+    /// The same as it flows, mean of a millisecond.
+    pub flux: i32,
+    /// What the torque regulator gives, in 1/32767 of the largest voltage; 0 while the bridge is off.
+    pub voltage: i32,
+    /// Status flags (parameter 156).
+    pub status_flags: u32,
+    /// Whether the axis will come to another speed than its present one by itself, that is, whether a motion is
+    /// under way that has an end.
+    pub is_on_its_way: bool,
+}
+
 impl<B: Board> Module<B> {
     /// Does what [`Module::poll`] does and hands over each command that a program executes meanwhile.
     ///
@@ -206,7 +238,8 @@ impl<B: Board> Module<B> {
         self.digital_outputs
     }
 
-    /// Where an axis stands, in microsteps; none if there is no such axis.
+    /// Where an axis stands, in microsteps, or a servo axis in the unit of its position parameters; none if there is no
+    /// such axis.
     pub fn position(&mut self, axis: u8) -> Option<i32> {
         let axis = AxisNumber::new(axis, self.model.axes)?;
         Some(self.drive(axis).0.position())
@@ -219,10 +252,25 @@ impl<B: Board> Module<B> {
         Some(self.axes[axis].errors)
     }
 
-    /// How fast an axis turns, in microsteps per second whatever its unit mode, positive to the right;
-    /// none if there is no such axis.
+    /// The servo axis; none if there is no such axis or if it has a stepper motor.
+    pub fn servo_state(&self, axis: u8) -> Option<ServoState> {
+        AxisNumber::new(axis, self.model.axes)?;
+        self.has_servo().then(|| self.servo.watched())
+    }
+
+    /// When a servo axis next may do something that is to be seen: a millisecond is over. None while it sleeps, and
+    /// for other axes.
+    pub fn next_servo_look(&self) -> Option<Instant> {
+        self.next_servo_tick()
+    }
+
+    /// How fast an axis turns, positive to the right: a stepper axis in microsteps per second whatever its unit mode, a
+    /// servo axis in revolutions per minute. None if there is no such axis.
     pub fn speed(&mut self, axis: u8) -> Option<i32> {
         let axis = AxisNumber::new(axis, self.model.axes)?;
+        if self.has_servo() {
+            return Some(self.servo.rpm());
+        }
         Some(self.drive(axis).0.pps())
     }
 }

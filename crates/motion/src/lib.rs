@@ -37,6 +37,7 @@ extern crate std;
 
 pub mod interpolation;
 pub mod ramp;
+pub mod servo;
 pub mod ticked;
 
 /// Periods of the clock from which the ramp generators run: 16 MHz.

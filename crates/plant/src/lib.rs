@@ -11,6 +11,9 @@
 //! ramps of an older kind; [`tmc26x::Tmc26x`] has no ramp: whoever generates its step pulses tells it of
 //! them. [`steppers::Steppers`] are both together.
 //!
+//! [`servo::Servo`] is the machine behind a servo module, whose firmware is the regulator itself: it goes on in steps
+//! of a control period.
+//!
 //! A chip is a function of its accesses and their times. Registers follow from
 //! integers alone. Where a motor needs real numbers, as for the field that turns it, they come from sums
 //! and products. So the same accesses give the same answers on every platform.
@@ -22,6 +25,7 @@ mod coolstep;
 pub mod driver;
 pub mod field;
 pub mod machine;
+pub mod servo;
 pub mod steppers;
 pub mod tmc26x;
 pub mod tmc429;

@@ -2,13 +2,14 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, Port as PortRow, PortBehaviour};
-use opentmcl_firmware::{Analog, Board};
+use opentmcl_firmware::{Analog, Board, Power, Senses};
 use opentmcl_plant::axis::{Influence, SwitchInput, View};
-use opentmcl_plant::machine::Machine;
+use opentmcl_plant::servo;
 use opentmcl_wire::Instant;
 
 use crate::axes::Axes;
 use crate::flash::MemoryFlash;
+use crate::scenario::MachineSetup;
 use crate::world::AnalogLevel;
 
 /// Largest reading of an analog input.
@@ -44,13 +45,19 @@ enum Foreseen {
 }
 
 impl<F> VirtualBoard<F> {
-    /// A board for a module, with nothing connected to its pins and motors that follow every step.
+    /// A board for a module, with nothing connected to its pins and motors that follow every step, or the usual
+    /// machine of a servo module.
     pub fn new(model: &'static Module, flash: F) -> Self {
         Self::with_machines(model, Vec::new(), flash)
     }
 
-    /// A board with these machines behind its axes, by number; those without one follow every step.
-    pub fn with_machines(model: &'static Module, machines: Vec<Option<Machine>>, flash: F) -> Self {
+    /// A board with these machines behind its axes, by number; without one, an axis is as in
+    /// [`VirtualBoard::new`].
+    pub fn with_machines(
+        model: &'static Module,
+        machines: Vec<Option<MachineSetup>>,
+        flash: F,
+    ) -> Self {
         let at_rest = |behaviour| {
             let mut rows = model.ports.iter();
             rows.find(|row| row.behaviour == behaviour).map_or(0, |row| row.default)
@@ -156,6 +163,14 @@ impl<F> VirtualBoard<F> {
         self.axes.influence(axis, influence, now);
     }
 
+    /// Does something that only the machine of a servo axis knows.
+    pub(crate) fn influence_servo(&mut self, influence: servo::Influence) {
+        let now = self.now;
+        if let Some(servo) = self.axes.servo() {
+            servo.influence(influence, now);
+        }
+    }
+
     /// Holds a switch actuated or not actuated, or leaves it to the stage again.
     pub(crate) fn hold_switch(&mut self, axis: u8, switch: SwitchInput, held: Option<bool>) {
         let now = self.now;
@@ -169,7 +184,7 @@ impl<F> VirtualBoard<F> {
         }
     }
 
-    /// What an axis really does at this time; none if there is no such axis.
+    /// What a stepper axis really does at this time; none if there is no such axis.
     pub fn view(&mut self, axis: u8, now: Instant) -> Option<View> {
         self.axes.view(axis, now)
     }
@@ -180,9 +195,9 @@ impl<F> VirtualBoard<F> {
         self.axes.driver_flags(axis, now)
     }
 
-    /// The machine behind an axis; none if it moves in empty space or if there is no such axis.
-    pub fn machine(&self, axis: u8) -> Option<&Machine> {
-        self.axes.machine(axis)
+    /// What a servo axis really does at this time; none if there is no such axis.
+    pub fn servo_view(&mut self, axis: u8, now: Instant) -> Option<servo::View> {
+        if axis == 0 { self.axes.servo().map(|servo| servo.view(now)) } else { None }
     }
 
     /// Levels of the general purpose outputs, bit n for output n.
@@ -208,6 +223,19 @@ impl<F> VirtualBoard<F> {
     /// Takes the flash out of the board.
     pub fn into_flash(self) -> F {
         self.flash
+    }
+
+    /// What the machine of a servo axis tells by a converter; none if there is none, or if it does not.
+    fn servo_reading(&mut self, channel: Analog) -> Option<i32> {
+        let now = self.now;
+        let servo = self.axes.servo()?;
+        let reading = match channel {
+            Analog::SupplyVoltage => servo.supply(now) * 10.0,
+            Analog::Temperature => servo.temperatures(now)[1],
+            Analog::MotorTemperature => servo.temperatures(now)[0],
+            Analog::Input(_) | Analog::SupplyCurrent => return None,
+        };
+        Some(reading.round() as i32)
     }
 
     /// Something is done to some axes: what was foreseen of them may change.
@@ -284,6 +312,32 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
         self.axes.write(axis, address, value, self.now);
     }
 
+    #[inline]
+    fn sense(&mut self, _: u8, senses: &mut Senses) {
+        let now = self.now;
+        if let Some(servo) = self.axes.servo() {
+            servo.sense(senses, now);
+        }
+    }
+
+    #[inline]
+    fn drive(&mut self, _: u8, power: &Power) {
+        let now = self.now;
+        if let Some(servo) = self.axes.servo() {
+            servo.drive(power, now);
+        }
+    }
+
+    fn is_still(&mut self, _: u8) -> bool {
+        self.axes.servo().is_none_or(|servo| servo.is_still())
+    }
+
+    fn limit_switches(&mut self, _: u8) -> (bool, bool) {
+        let now = self.now;
+        let switches = self.axes.servo().map(|servo| servo.switches(now)).unwrap_or_default();
+        (switches[0], switches[1])
+    }
+
     fn digital_inputs(&mut self) -> u8 {
         self.digital_inputs
     }
@@ -297,12 +351,15 @@ impl<F: NorFlash> Board for VirtualBoard<F> {
     }
 
     fn analog(&mut self, channel: Analog) -> i32 {
+        if let Some(reading) = self.servo_reading(channel) {
+            return reading;
+        }
         match channel {
             Analog::Input(input) => i32::from(self.analog_reading(input)),
             Analog::SupplyVoltage => {
                 converted(self.model, PortBehaviour::SupplyVoltage, self.supply_voltage * 10.0)
             }
-            Analog::Temperature => {
+            Analog::Temperature | Analog::MotorTemperature => {
                 converted(self.model, PortBehaviour::Temperature, self.temperature)
             }
             Analog::SupplyCurrent => self.supply_current,

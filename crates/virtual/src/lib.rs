@@ -30,8 +30,10 @@ pub mod flash;
 pub mod lab;
 mod module;
 mod quantity;
+mod reality;
 pub mod recording;
 pub mod scenario;
+mod servo;
 mod suggest;
 pub mod watch;
 pub mod world;
@@ -40,9 +42,15 @@ pub use board::VirtualBoard;
 pub use flash::MemoryFlash;
 pub use lab::{Lab, LabEffect, Response, Snapshot, Subscription};
 pub use module::{Options, VirtualModule};
-pub use opentmcl_firmware::{Answer, ErrorFlags, Executed, Flags, Line, Mode, Port, ProgramState};
+pub use opentmcl_firmware::{
+    Answer, ErrorFlags, Executed, Flags, Line, Mode, Port, ProgramState, ServoState,
+};
 pub use opentmcl_plant::axis::{Coil, CoilFault, Rotor, SwitchInput, View};
-pub use recording::{MachineSample, Recorder, Sample};
-pub use scenario::{Mistakes, ModuleSetup, PortKind, PortSetup, Scale, Scenario, StageUnit};
+pub use opentmcl_plant::servo::{LineFault, View as ServoView};
+pub use recording::{MachineSample, Recorder, Sample, ServoSample};
+pub use scenario::{
+    MachineSetup, Mistakes, ModuleSetup, PortKind, PortSetup, Scale, Scenario, ServoSetup,
+    StageUnit,
+};
 pub use watch::{Event, Travel, Watch};
 pub use world::{Action, ActionError, AnalogLevel, Effect, Place, Push};

@@ -4,13 +4,14 @@ use std::ops::ControlFlow;
 
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::Module as Model;
-use opentmcl_firmware::{Answer, Board as _, Config, Executed, Module, Port, ProgramState};
-use opentmcl_plant::axis::View;
+use opentmcl_firmware::{
+    Answer, Board as _, Config, Executed, Module, Port, ProgramState, ServoState,
+};
 use opentmcl_wire::{Command, Duration, Instant, Outgoing, Reply, Status, serial};
 
 use crate::board::VirtualBoard;
 use crate::flash::MemoryFlash;
-use crate::scenario::{ModuleSetup, Scale};
+use crate::scenario::ModuleSetup;
 use crate::world::{Hands, World};
 
 /// What may differ between two virtual modules of the same kind.
@@ -201,38 +202,38 @@ impl<F: NorFlash> VirtualModule<F> {
         if self.world.powered { self.module.digital_outputs() } else { 0 }
     }
 
-    /// Where an axis stands, in microsteps; none if there is no such axis.
+    /// Where an axis stands, in microsteps, or a servo axis in the unit of its position parameters; none if there is no
+    /// such axis.
     pub fn position(&mut self, axis: u8) -> Option<i32> {
         self.module.position(axis)
     }
 
-    /// How fast an axis turns, in microsteps per second whatever its unit mode, positive to the right;
-    /// none if there is no such axis.
+    /// How fast an axis turns, positive to the right: a stepper axis in microsteps per second whatever its unit mode, a
+    /// servo axis in revolutions per minute. None if there is no such axis.
     pub fn speed(&mut self, axis: u8) -> Option<i32> {
         self.module.speed(axis)
     }
 
     /// When a motion next arrives, stops, reaches a constant speed or ends a wait between two moves by
-    /// itself: between two such moments and two commands, speeds change steadily.
+    /// itself: between two such moments and two commands, speeds change steadily. A servo axis is looked at each
+    /// millisecond.
     pub fn next_motion_event(&mut self) -> Option<Instant> {
         let own = self.module.board_mut().next_event();
-        own.into_iter().chain(self.next_scheduled()).min()
+        let servo = self.module.next_servo_look();
+        own.into_iter().chain(servo).chain(self.next_scheduled()).min()
     }
 
-    /// What an axis really does, which no register tells; none if there is no such axis.
-    pub fn view(&mut self, axis: u8) -> Option<View> {
-        let now = self.now;
-        self.module.board_mut().view(axis, now)
+    /// Whether a motion is under way that has an end: an axis that keeps its speed until something new comes has none.
+    pub fn is_on_its_way(&mut self) -> bool {
+        match self.servo_state(0) {
+            Some(servo) => servo.is_on_its_way,
+            None => self.next_motion_event().is_some(),
+        }
     }
 
-    /// How the stage of an axis is measured; that of a bare motor if there is no such axis.
-    pub fn scale(&self, axis: u8) -> Scale {
-        self.world.axes.get(usize::from(axis)).map(|axis| axis.scale).unwrap_or_default()
-    }
-
-    /// Whether the scenario puts a machine behind an axis.
-    pub fn has_machine(&self, axis: u8) -> bool {
-        self.world.axes.get(usize::from(axis)).is_some_and(|axis| axis.machine.is_some())
+    /// A servo axis as its parameters tell it, without what reading them would clear; none if there is no such axis.
+    pub fn servo_state(&self, axis: u8) -> Option<ServoState> {
+        self.module.servo_state(axis)
     }
 
     /// What is held, pushed and broken at an axis.

@@ -35,6 +35,10 @@ pub(crate) enum Quantity {
     Resistance,
     /// In H.
     Inductance,
+    /// In F.
+    Capacitance,
+    /// In Nm/A.
+    TorqueConstant,
     /// In s.
     Time,
     /// In °C.
@@ -61,6 +65,8 @@ impl Quantity {
             Self::Current => "a current",
             Self::Resistance => "a resistance",
             Self::Inductance => "an inductance",
+            Self::Capacitance => "a capacitance",
+            Self::TorqueConstant => "a torque constant",
             Self::Time => "a time",
             Self::Temperature => "a temperature",
         }
@@ -101,6 +107,13 @@ impl Quantity {
             Self::Current => &[("A", "A", 1.0), ("mA", "mA", 1e-3)],
             Self::Resistance => &[("ohm", "ohm", 1.0), ("mohm", "mohm", 1e-3)],
             Self::Inductance => &[("mH", "mH", 1e-3), ("uH", "uH", 1e-6), ("H", "H", 1.0)],
+            Self::Capacitance => &[("mF", "mF", 1e-3), ("uF", "uF", 1e-6), ("F", "F", 1.0)],
+            Self::TorqueConstant => &[
+                ("mNm/A", "mNm/A", 1e-3),
+                ("Nm/A", "Nm/A", 1.0),
+                ("Ncm/A", "Ncm/A", 1e-2),
+                ("Vs/rad", "V s/rad", 1.0),
+            ],
             Self::Time => &[
                 ("s", "s", 1.0),
                 ("ms", "ms", 1e-3),

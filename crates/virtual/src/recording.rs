@@ -2,8 +2,9 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::PortBehaviour;
-use opentmcl_firmware::{Analog, Board as _};
+use opentmcl_firmware::{Analog, Board as _, ServoState};
 use opentmcl_plant::axis::View;
+use opentmcl_plant::servo::View as ServoView;
 use opentmcl_plant::tmc5160::registers::{CHOPCONF, DRV_STATUS};
 use opentmcl_wire::{Duration, Instant, TICKS_PER_SECOND};
 
@@ -16,16 +17,18 @@ pub struct Sample {
     pub time: Duration,
     /// The program counter.
     pub address: u16,
-    /// Position of each axis in microsteps.
+    /// Position of each axis in microsteps, or of a servo axis in the unit of its parameters.
     pub positions: Vec<i32>,
-    /// Speed of each axis in microsteps per second, positive to the right.
+    /// Speed of each axis in microsteps per second, or of a servo axis in revolutions per minute, positive to the right.
     pub speeds: Vec<i32>,
     /// Levels of the general purpose outputs, bit n for output n.
     pub outputs: u8,
     /// Values of the user variables that were asked for, in that order.
     pub variables: Vec<i32>,
-    /// What the machine behind each axis does; none where there is none.
+    /// What the machine behind each stepper axis does; none where there is none.
     pub machines: Vec<Option<MachineSample>>,
+    /// What each servo axis does; none for other axes.
+    pub servos: Vec<Option<ServoSample>>,
     /// Levels of the general purpose inputs, bit n for input n.
     pub inputs: u8,
     /// Readings of the analog inputs, in the order of their rows in the catalogue.
@@ -96,6 +99,21 @@ impl MachineSample {
     }
 }
 
+/// A servo axis at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ServoSample {
+    /// As its parameters tell it.
+    pub state: ServoState,
+    /// What its machine really does.
+    pub view: ServoView,
+}
+
+impl ServoSample {
+    fn take<F: NorFlash>(module: &mut VirtualModule<F>, axis: u8) -> Option<Self> {
+        Some(Self { state: module.servo_state(axis)?, view: module.servo_view(axis)? })
+    }
+}
+
 /// Takes samples of a module, the first one when the recording begins.
 ///
 /// The recorder says when the next sample is [due](Recorder::due); whoever moves the module's time
@@ -145,6 +163,7 @@ impl Recorder {
                 outputs: 0,
                 variables: Vec::new(),
                 machines: Vec::new(),
+                servos: Vec::new(),
                 inputs: 0,
                 analog: Vec::new(),
             },
@@ -173,7 +192,9 @@ impl Recorder {
         sample.variables.clear();
         sample.variables.extend(variables.iter().map(|&number| module.variable(number)));
         sample.machines.clear();
-        sample.machines.extend(axes.map(|axis| MachineSample::take(module, axis)));
+        sample.machines.extend(axes.clone().map(|axis| MachineSample::take(module, axis)));
+        sample.servos.clear();
+        sample.servos.extend(axes.map(|axis| ServoSample::take(module, axis)));
         let rows = module.model().ports.iter();
         let analog = rows.filter(|row| row.behaviour == PortBehaviour::AnalogInput);
         let board = module.board_mut();

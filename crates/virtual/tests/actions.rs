@@ -1,8 +1,8 @@
 //! Actions: their text, and what they do to a module.
 
 use opentmcl_virtual::{
-    Action, AnalogLevel, Coil, CoilFault, MemoryFlash, ModuleSetup, Options, Place, Push, Scenario,
-    SwitchInput, VirtualModule,
+    Action, AnalogLevel, Coil, CoilFault, LineFault, MemoryFlash, ModuleSetup, Options, Place,
+    Push, Scenario, SwitchInput, VirtualModule,
 };
 use opentmcl_wire::{Duration, mnemonic};
 
@@ -29,6 +29,7 @@ fn the_text_of_every_action_is_read_as_the_action() {
     let position = |place| Action::Position { axis: 0, place };
     let driver = |axis| Action::DriverTemperature { axis, celsius: 120.0 };
     let load = |push| Action::Load { axis: 2, push };
+    let hall = |line, fault| Action::Hall { axis: 0, line, fault };
     let faults = Action::Faults { port: "net".into(), spec: "drop 1%, seed 5".into() };
     for (text, action) in [
         ("press left axis 0", switch(SwitchInput::Left, 0, Some(true))),
@@ -55,6 +56,16 @@ fn the_text_of_every_action_is_read_as_the_action() {
         ("set position axis 0 12.5 mm", position(Place::Millimetres(12.5))),
         ("set position axis 0 -90 deg", position(Place::Degrees(-90.0))),
         ("set position axis 0 1000 usteps", position(Place::Microsteps(1000.0))),
+        ("temperature motor 80", Action::MotorTemperature { axis: None, celsius: 80.0 }),
+        ("temperature motor 80 axis 0", Action::MotorTemperature { axis: Some(0), celsius: 80.0 }),
+        ("temperature ambient 40", Action::AmbientTemperature(40.0)),
+        ("disconnect hall A axis 0", hall(0, LineFault::StuckHigh)),
+        ("short hall B axis 0", hall(1, LineFault::StuckLow)),
+        ("connect hall C axis 0", hall(2, LineFault::None)),
+        ("disconnect phase C axis 0", Action::Phase { axis: 0, phase: 2, open: true }),
+        ("connect phase A axis 0", Action::Phase { axis: 0, phase: 0, open: false }),
+        ("driver fault axis 0", Action::DriverFault { axis: 0, fault: true }),
+        ("driver ok axis 0", Action::DriverFault { axis: 0, fault: false }),
         ("torque off input 1", Action::Torque { input: 1, allowed: false }),
         ("torque on input 1", Action::Torque { input: 1, allowed: true }),
         ("faults net drop 1%, seed 5", faults),
@@ -93,7 +104,11 @@ fn what_is_no_action_is_answered_with_what_would_be_right() {
         ("supply 500 V", "not from 0 V to 100 V"),
         ("supply nan V", "does not begin with a number"),
         ("temperature driver 999", "not from -55 to 250"),
-        ("temperature motor 5", "\"driver\" or \"board\""),
+        ("temperature winding 5", "\"driver\", \"motor\", \"ambient\" or \"board\""),
+        ("connect hal A axis 0", "did you mean \"hall\"?"),
+        ("disconnect phase D axis 0", "\"A\", \"B\" or \"C\""),
+        ("short phase A axis 0", "\"coil\" or \"hall\""),
+        ("driver faulty axis 0", "did you mean \"fault\"?"),
         ("power of", "did you mean \"off\"?"),
         ("input 3 hi", "\"high\" or \"low\""),
         ("analog 0 4096", "a reading is a number from 0 to 4095"),

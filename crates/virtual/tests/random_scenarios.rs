@@ -156,7 +156,8 @@ fn is_sound(seed: u64, lab: &mut Lab) {
         // A motor that turns with 100 turns a second has long lost its torque to its inductance.
         assert!(view.speed.abs() < 200.0 * 51_200.0, "seed {seed}: {view:?}");
         if let Some(machine) = &axis.machine {
-            let (lowest, highest) = (machine.stage.lowest.unwrap(), machine.stage.highest.unwrap());
+            let stage = machine.stage();
+            let (lowest, highest) = (stage.lowest.unwrap(), stage.highest.unwrap());
             // A thousandth of a full step for rounding.
             let way = lowest - 0.256..=highest + 0.256;
             assert!(way.contains(&view.stage), "seed {seed}, axis {number}: {view:?}");

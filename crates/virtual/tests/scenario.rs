@@ -9,7 +9,7 @@ fn machine(axis: &str) -> (opentmcl_plant::machine::Machine, opentmcl_virtual::S
     let text = format!("[[module]]\nmodel = \"tmcm-6214\"\n[[module.axis]]\naxis = 3\n{axis}");
     let scenario = Scenario::parse("lab.toml", &text).unwrap_or_else(|wrong| panic!("{wrong}"));
     let axis = scenario.modules[0].axes[3].clone();
-    (axis.machine.unwrap(), axis.scale)
+    (axis.machine.unwrap().stepper().unwrap().clone(), axis.scale)
 }
 
 #[track_caller]

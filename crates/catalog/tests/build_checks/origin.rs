@@ -1,10 +1,10 @@
-//! Which chips a module has, and where its rows come from.
+//! What drives a module, and where its rows come from.
 
 use super::data::{self, Source};
 use super::{FILE, GOOD, expect, faults, generate};
 
 #[test]
-fn axis_parameters_act_in_the_rooms_of_the_chips_that_the_module_has() {
+fn axis_parameters_act_in_the_rooms_of_what_drives_the_module() {
     let told = |behaviour: &str, rooms: &str| {
         format!(
             "[[axis_parameter]] 4 (max_speed): behaviour {behaviour:?} must name one of the rooms of \
@@ -24,13 +24,28 @@ fn axis_parameters_act_in_the_rooms_of_the_chips_that_the_module_has() {
         faults(&other.replace(old, "behaviour = \"tmc5160.max_speed\"")),
         [format!("{FILE}: {}", told("tmc5160.max_speed", "tmc429, tmc26x, axis"))]
     );
+    for (motion, other) in [("foc", "block"), ("block", "foc")] {
+        let servo = GOOD.replace("\"tmc5160\"", &format!("{motion:?}"));
+        for room in ["servo", motion] {
+            let text = servo.replace(old, &format!("behaviour = \"{room}.max_speed\""));
+            assert_eq!(faults(&text), [""; 0], "{room}");
+        }
+        for room in [other, "axis", "tmc5160"] {
+            let behaviour = format!("{room}.max_speed");
+            let rooms = format!("servo, {motion}");
+            assert_eq!(
+                faults(&servo.replace(old, &format!("behaviour = {behaviour:?}"))),
+                [format!("{FILE}: {}", told(&behaviour, &rooms))]
+            );
+        }
+    }
 }
 
 #[test]
-fn a_module_says_which_chips_drive_it() {
+fn a_module_says_what_drives_it() {
     let told = faults(&GOOD.replace("\"tmc5160\"", "\"tmc4361\""));
     assert_eq!(told.len(), 1);
-    let end = "unknown variant `tmc4361`, expected `tmc5160` or `tmc429`";
+    let end = "unknown variant `tmc4361`, expected one of `tmc5160`, `tmc429`, `foc`, `block`";
     assert!(told[0].ends_with(end), "{told:?}");
     let told = faults(&GOOD.replace("motion = \"tmc5160\"\n", ""));
     assert_eq!(told, [format!("{FILE}: line 2: missing field `motion`")]);

@@ -84,6 +84,7 @@ impl Scale {
             1 if unit.is_empty() => quantity.to_owned(),
             1 => format!("{quantity} in {unit}"),
             1000 if unit == "µm" => format!("{quantity} in mm"),
+            1000 if unit == "mV" => format!("{quantity} in V"),
             1000 => format!("{quantity} in 1000 {unit}"),
             _ => format!("{quantity} in million {unit}"),
         }

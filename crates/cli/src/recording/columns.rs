@@ -4,6 +4,8 @@ use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::{Module, PortBehaviour};
 use opentmcl_virtual::{MachineSample, Sample, VirtualModule};
 
+use super::servo::{PARAMETERS, REALITY};
+
 use crate::time;
 
 /// Value of a column in one sample.
@@ -73,23 +75,51 @@ impl Columns {
         let model = module.model();
         let machines = (0..model.axes).filter(|&axis| module.has_machine(axis));
         let mut columns = Self::without_machines(model, rate, variables);
-        machines.for_each(|axis| columns.add_machine(axis));
+        machines.for_each(|axis| {
+            if model.motion.is_servo() {
+                columns.add_servo(axis);
+            } else {
+                columns.add_machine(axis);
+            }
+        });
         if with_inputs {
             columns.add_inputs();
         }
         columns
     }
 
+    /// Columns of an axis for quantities that have a name and a unit. A sample has their values in the place of the
+    /// variables, in this order.
+    pub(crate) fn of_quantities(
+        model: &'static Module,
+        rate: u32,
+        axis: u8,
+        quantities: &[(&str, &'static str)],
+    ) -> Self {
+        let mut all = Self { columns: Vec::new(), model, rate };
+        all.add_time();
+        for (at, &(name, unit)) in quantities.iter().enumerate() {
+            all.add(Some(axis), name, unit, Kind::Whole, move |sample| {
+                whole(sample.variables.get(at))
+            });
+        }
+        all
+    }
+
     pub(super) fn without_machines(model: &'static Module, rate: u32, variables: &[u8]) -> Self {
         let mut all = Self { columns: Vec::new(), model, rate };
-        all.add(None, "time", "s", Kind::Real, |sample| Value::Real(time::number(sample.time)));
+        all.add_time();
+        let (position, speed) = match model.motion.is_servo() {
+            true => ("units", "rpm"),
+            false => ("microsteps", "pps"),
+        };
         for axis in 0..model.axes {
-            all.add(Some(axis), "position", "microsteps", Kind::Whole, move |sample| {
+            all.add(Some(axis), "position", position, Kind::Whole, move |sample| {
                 whole(sample.positions.get(usize::from(axis)))
             });
         }
         for axis in 0..model.axes {
-            all.add(Some(axis), "speed", "pps", Kind::Whole, move |sample| {
+            all.add(Some(axis), "speed", speed, Kind::Whole, move |sample| {
                 whole(sample.speeds.get(usize::from(axis)))
             });
         }
@@ -121,6 +151,20 @@ impl Columns {
         }
     }
 
+    /// Adds the columns of a servo axis: what its parameters tell, and what its machine really does.
+    pub(super) fn add_servo(&mut self, axis: u8) {
+        for (field, unit, kind, of) in PARAMETERS.iter().chain(&REALITY).copied() {
+            self.add(Some(axis), field, unit, kind, move |sample| {
+                match (sample.servos.get(usize::from(axis)).and_then(Option::as_ref), kind) {
+                    (Some(servo), _) => of(servo),
+                    (None, Kind::Whole) => Value::Whole(0),
+                    (None, Kind::Real) => Value::Real(0.0),
+                    (None, Kind::Level) => Value::Level(false),
+                }
+            });
+        }
+    }
+
     /// Adds the columns of digital and analog inputs.
     pub(super) fn add_inputs(&mut self) {
         for row in ports(self.model, PortBehaviour::DigitalInput) {
@@ -132,6 +176,10 @@ impl Columns {
                 whole(sample.analog.get(at))
             });
         }
+    }
+
+    fn add_time(&mut self) {
+        self.add(None, "time", "s", Kind::Real, |sample| Value::Real(time::number(sample.time)));
     }
 
     fn add(

@@ -2,12 +2,14 @@
 //!
 //! - here: a recording, whatever its form.
 //! - `columns`: what is recorded, and its names.
+//! - `servo`: what of that only servo axes have.
 //! - `csv`, `parquet`, `mcap`: one form each.
 
 mod columns;
 mod csv;
 mod mcap;
 mod parquet;
+mod servo;
 #[cfg(test)]
 mod tests;
 

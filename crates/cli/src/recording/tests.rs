@@ -5,8 +5,8 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
-use opentmcl_virtual::{MachineSample, Sample};
-use opentmcl_wire::Duration;
+use opentmcl_virtual::{MachineSample, Recorder, Sample, VirtualModule};
+use opentmcl_wire::{Duration, mnemonic};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use serde_json::{Value as Json, json};
@@ -50,6 +50,7 @@ fn sample(number: u32) -> Sample {
         outputs: u8::try_from(number % 256).unwrap(),
         variables: vec![i32::MIN + n],
         machines: vec![None, Some(machine), None, None, None, None],
+        servos: vec![None; 6],
         inputs: u8::try_from(number / 256 % 256).unwrap(),
         analog: (0..6).map(|input| n % 4096 - input).collect(),
     }
@@ -315,4 +316,58 @@ fn the_ending_says_the_form_and_those_that_are_known_are_named() {
     assert_eq!(form("run.mcap").unwrap(), Format::Mcap);
     assert_eq!(form("/dev/fd/3").unwrap(), Format::Csv);
     assert!(form("run.xlsx").unwrap_err().message().contains(".xlsx"));
+}
+
+#[test]
+fn a_servo_axis_has_columns_of_its_parameters_and_of_its_machine() {
+    let folder = Folder::new();
+    let path = folder.file("servo.csv");
+    let model = opentmcl_catalog::find("tmcm-1636").unwrap();
+    let mut module = VirtualModule::new(model);
+    for command in ["SAP 90, 0, 1", "SAP 15, 0, 2", "SAP 56, 0, 24", "ROR 0, 1000"] {
+        module.execute(mnemonic::parse(command).unwrap());
+    }
+    let mut recording = Recording::create(&path, Columns::new(&module, 10, &[], false)).unwrap();
+    let mut recorder = Recorder::new(module.now(), 10, Vec::new());
+    for _ in 0..11 {
+        module.advance_to(recorder.due());
+        recording.add(recorder.take(&mut module)).unwrap();
+    }
+    recording.finish().unwrap();
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<_> = lines.next().unwrap().split(',').collect();
+    assert!(names.starts_with(&["time_s", "position0_units", "speed0_rpm"]), "{names:?}");
+    let last: Vec<f64> =
+        lines.last().unwrap().split(',').map(|field| field.parse().unwrap()).collect();
+    let value = |name: &str| last[names.iter().position(|other| *other == name).unwrap()];
+    let mut parameter = |number: u8| {
+        let command = mnemonic::parse(&format!("GAP {number}, 0")).unwrap();
+        f64::from(module.execute(command).value)
+    };
+    for (column, number) in [
+        ("position0_units", 52),
+        ("target_position0_units", 50),
+        ("ramp_position0_units", 51),
+        ("target_speed0_rpm", 40),
+        ("ramp_speed0_rpm", 41),
+        ("actual_torque0_milliampere", 31),
+        ("target_torque0_milliampere", 30),
+        ("actual_flux0_milliampere", 33),
+        ("target_flux0_milliampere", 32),
+        ("status_flags0", 156),
+    ] {
+        assert_eq!(value(column), parameter(number), "{column}");
+    }
+    let speed = value("real_speed0_rpm");
+    assert!((speed - value("speed0_rpm")).abs() < 30.0 && speed > 500.0, "{speed}");
+    // 24 hall edges in a turn; the counter is behind by less than one, and the rest of a sector at power-up.
+    assert!((value("rotor0_turns") - value("position0_units") / 24.0).abs() < 0.1);
+    let sum = value("current_a0_ampere") + value("current_b0_ampere") + value("current_c0_ampere");
+    assert!(sum.abs() < 1e-9 && value("current_a0_ampere").abs() > 0.0);
+    // K = 36 mNm/A / √3 · 3/2, of the current that makes the torque.
+    let torque = 0.036 / 3.0f64.sqrt() * 1.5 * value("torque_current0_ampere");
+    assert!((value("torque0_newtonmeter") - torque).abs() < 1e-9);
+    assert!((value("bus0_volt") - 24.0).abs() < 0.5 && value("duty0") > 0.0);
+    assert!(!names.iter().any(|name| name.contains("stallguard") || name.contains("microsteps")));
 }

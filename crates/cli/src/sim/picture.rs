@@ -1,9 +1,10 @@
 //! `--plot`: what is to be drawn of a run, however long, in bounded memory.
 
 mod machines;
+mod servos;
 
 use opentmcl_firmware::Executed;
-use opentmcl_virtual::{Event, MachineSample, Recorder, VirtualModule};
+use opentmcl_virtual::{Event, MachineSample, Recorder, ServoSample, VirtualModule};
 use opentmcl_wire::{Duration, Instant, Opcode};
 
 use super::listing::Listing;
@@ -45,6 +46,7 @@ struct Sampled {
     positions: Vec<i32>,
     speeds: Vec<i32>,
     machines: Vec<Option<MachineSample>>,
+    servos: Vec<Option<ServoSample>>,
 }
 
 impl<'a> Picture<'a> {
@@ -89,7 +91,12 @@ impl<'a> Picture<'a> {
             moved.iter().map(|&axis| (axis, format!("axis {axis}"))).collect();
         let mut panels = Vec::new();
         let rows = self.output_rows(run);
-        if !moved.is_empty() || rows.is_empty() {
+        if run.module.model().motion.is_servo() {
+            if !moved.is_empty() || rows.is_empty() {
+                panels = servos::panels(&self.samples);
+                legend = servos::legend();
+            }
+        } else if !moved.is_empty() || rows.is_empty() {
             let (speed, mut position) = (curves(|s| &s.speeds), curves(|s| &s.positions));
             let real = machines::real_positions(&self.samples, &moved);
             for (axis, curve) in real {
@@ -155,7 +162,8 @@ impl<'a> Picture<'a> {
 
     fn sample(&mut self, module: &mut VirtualModule) {
         let sample = self.recorder.take(module);
-        let (time, switches) = (microseconds(sample.time), machines::switches(&sample.machines));
+        let levels = machines::switches(&sample.machines) | servos::switches(&sample.servos);
+        let (time, switches) = (microseconds(sample.time), levels);
         if self.switches.moments.last().is_none_or(|last| last.1 != switches) {
             self.switches.push(time, switches);
         }
@@ -164,6 +172,7 @@ impl<'a> Picture<'a> {
             positions: sample.positions.clone(),
             speeds: sample.speeds.clone(),
             machines: sample.machines.clone(),
+            servos: sample.servos.clone(),
         });
         if self.samples.len() >= MOMENTS {
             let mut at = 0;

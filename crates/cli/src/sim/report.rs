@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use opentmcl_wire::Status;
 
-use super::summary::{Axis, End, Output, Reason, Refused, Summary, Waiting};
+use super::summary::{End, Moved, Output, Reason, Refused, Summary, Waiting};
 use crate::print::counted;
 
 /// Switchings of one output that are shown.
@@ -25,7 +25,8 @@ pub(super) fn write(out: &mut impl Write, summary: &Summary) -> io::Result<()> {
         subject(out, "axes", "none moved")?;
     }
     for axis in &summary.axes {
-        subject(out, &format!("axis {}", axis.axis), &travel(axis))?;
+        let way = Way::of(axis);
+        subject(out, &format!("axis {}", way.axis), &way.words())?;
     }
     for output in &summary.outputs {
         subject(out, &format!("output {}", output.output), &switchings(output))?;
@@ -58,11 +59,11 @@ fn end(summary: &Summary) -> Vec<(bool, String)> {
             lines.push((false, "nothing is to come that would end this".to_owned()));
         }
     }
-    let turning: Vec<_> = summary.axes.iter().filter(|axis| axis.end_speed_pps != 0).collect();
+    let axes = summary.axes.iter().map(Way::of);
+    let turning: Vec<_> = axes.filter(|axis| axis.end_speed != 0).collect();
     if *reason != Reason::TimeUp {
-        for axis in &turning {
-            let speed = axis.end_speed_pps;
-            lines.push((false, format!("axis {} still turns at {speed} pps", axis.axis)));
+        for Way { axis, end_speed, speed_unit, .. } in &turning {
+            lines.push((false, format!("axis {axis} still turns at {end_speed} {speed_unit}")));
         }
         if turning.is_empty() && summary.duration_s > *time_s {
             let rest = seconds(summary.duration_s);
@@ -82,14 +83,57 @@ fn refusal(refused: &Refused) -> String {
     format!("{}: {command}: status {}, {when}", place.words, Status(*status))
 }
 
-fn travel(axis: &Axis) -> String {
-    let Axis { from, to, lowest, highest, top_speed_pps, .. } = axis;
-    let between = if lowest < from.min(to) || highest > from.max(to) {
-        format!(", between {lowest} and {highest}")
-    } else {
-        String::new()
-    };
-    format!("from {from} to {to} microsteps{between}; top speed {top_speed_pps} pps")
+/// What an axis did, whatever it is made of.
+struct Way {
+    axis: usize,
+    from: i32,
+    to: i32,
+    lowest: i32,
+    highest: i32,
+    top_speed: u32,
+    end_speed: i32,
+    unit: &'static str,
+    speed_unit: &'static str,
+}
+
+impl Way {
+    fn of(moved: &Moved) -> Self {
+        match moved {
+            Moved::Stepper(axis) => Self {
+                axis: axis.axis,
+                from: axis.from,
+                to: axis.to,
+                lowest: axis.lowest,
+                highest: axis.highest,
+                top_speed: axis.top_speed_pps,
+                end_speed: axis.end_speed_pps,
+                unit: " microsteps",
+                speed_unit: "pps",
+            },
+            Moved::Servo(axis) => Self {
+                axis: axis.axis,
+                from: axis.from,
+                to: axis.to,
+                lowest: axis.lowest,
+                highest: axis.highest,
+                top_speed: axis.top_speed_rpm,
+                end_speed: axis.end_speed_rpm,
+                // The parameters of the module say what one is.
+                unit: "",
+                speed_unit: "rpm",
+            },
+        }
+    }
+
+    fn words(&self) -> String {
+        let Self { from, to, lowest, highest, top_speed, unit, speed_unit, .. } = self;
+        let between = if lowest < from.min(to) || highest > from.max(to) {
+            format!(", between {lowest} and {highest}")
+        } else {
+            String::new()
+        };
+        format!("from {from} to {to}{unit}{between}; top speed {top_speed} {speed_unit}")
+    }
 }
 
 fn switchings(output: &Output) -> String {

@@ -79,6 +79,7 @@ impl Run {
         let last = self.advance(until, observers)?;
         while last.is_some()
             && self.axes().iter().any(|axis| axis.speed != 0)
+            && self.module.is_on_its_way()
             && let Some(event) = self.module.next_motion_event()
             && self.module.now() < until
         {

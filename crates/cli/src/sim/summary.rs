@@ -25,7 +25,7 @@ pub(super) struct Summary {
     /// Commands executed.
     pub(super) executed: u64,
     pub(super) refused: Vec<Refused>,
-    pub(super) axes: Vec<Axis>,
+    pub(super) axes: Vec<Moved>,
     pub(super) outputs: Vec<Output>,
 }
 
@@ -110,6 +110,28 @@ pub(super) struct Axis {
     pub(super) end_speed_pps: i32,
 }
 
+/// A servo axis that has turned.
+#[derive(Serialize)]
+pub(super) struct ServoAxis {
+    pub(super) axis: usize,
+    /// Positions in the unit of the axis' parameters.
+    pub(super) from: i32,
+    pub(super) to: i32,
+    pub(super) lowest: i32,
+    pub(super) highest: i32,
+    pub(super) top_speed_rpm: u32,
+    /// Speed at the end of the run: not 0 for an axis that turns on.
+    pub(super) end_speed_rpm: i32,
+}
+
+/// An axis of either kind.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub(super) enum Moved {
+    Stepper(Axis),
+    Servo(ServoAxis),
+}
+
 #[derive(Serialize)]
 pub(super) struct Output {
     pub(super) output: u8,
@@ -143,7 +165,7 @@ impl Summary {
             end: End::new(listing, run, outcome),
             executed: tally.commands,
             refused: refused(listing, tally),
-            axes: axes(run.axes()),
+            axes: axes(model, run.axes()),
             outputs: outputs(model, tally),
         }
     }
@@ -213,17 +235,18 @@ fn refused(listing: &Listing, tally: &Tally) -> Vec<Refused> {
         .collect()
 }
 
-fn axes(travels: &[Travel]) -> Vec<Axis> {
+fn axes(model: &'static Module, travels: &[Travel]) -> Vec<Moved> {
     let moved = travels.iter().enumerate().filter(|(_, travel)| travel.has_moved());
     moved
-        .map(|(axis, travel)| Axis {
-            axis,
-            from: travel.from,
-            to: travel.to,
-            lowest: travel.lowest,
-            highest: travel.highest,
-            top_speed_pps: travel.top_speed,
-            end_speed_pps: travel.speed,
+        .map(|(axis, &Travel { from, to, lowest, highest, speed, top_speed })| {
+            if model.motion.is_servo() {
+                let (top_speed_rpm, end_speed_rpm) = (top_speed, speed);
+                let axis =
+                    ServoAxis { axis, from, to, lowest, highest, top_speed_rpm, end_speed_rpm };
+                return Moved::Servo(axis);
+            }
+            let (top_speed_pps, end_speed_pps) = (top_speed, speed);
+            Moved::Stepper(Axis { axis, from, to, lowest, highest, top_speed_pps, end_speed_pps })
         })
         .collect()
 }

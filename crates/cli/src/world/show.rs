@@ -119,15 +119,15 @@ fn state(out: &mut impl Write, time: &Value, modules: &Map<String, Value>) -> io
                 writeln!(out, "{what:8} {}", values.join("  "))?;
             }
         }
+        if module["axes"].as_object().is_some_and(|axes| axes.values().any(is_servo)) {
+            servo_axes(out, &module["axes"])?;
+            continue;
+        }
         let columns =
             ["Axis", "Position", "Counter", "Speed", "Load angle", "SG", "Current", "Switches", ""];
         let mut table = table(&columns);
         for (number, axis) in module["axes"].as_object().into_iter().flatten() {
             let unit = plain(&axis["unit"]);
-            let switches = ["left", "home", "right"]
-                .into_iter()
-                .filter(|&switch| axis["switches"][switch] == true)
-                .collect::<Vec<_>>();
             // Without a machine nothing measures a load.
             let measured =
                 |value: String| if axis["machine"] == true { value } else { "–".into() };
@@ -139,7 +139,7 @@ fn state(out: &mut impl Write, time: &Value, modules: &Map<String, Value>) -> io
                 measured(format!("{}°", rounded(&axis["load_angle"], 1))),
                 measured(plain(&axis["stallguard"])),
                 measured(format!("{} A", rounded(&axis["current"], 2))),
-                switches.join(" "),
+                switches(axis),
                 notes(axis),
             ]);
         }
@@ -147,6 +147,45 @@ fn state(out: &mut impl Write, time: &Value, modules: &Map<String, Value>) -> io
     }
     Ok(())
 }
+
+fn is_servo(axis: &Value) -> bool {
+    axis.get("rpm").is_some()
+}
+
+/// The switches that are actuated.
+fn switches(axis: &Value) -> String {
+    let all = ["left", "home", "right"].into_iter();
+    all.filter(|&switch| axis["switches"][switch] == true).collect::<Vec<_>>().join(" ")
+}
+
+fn servo_axes(out: &mut impl Write, axes: &Value) -> io::Result<()> {
+    let columns = [
+        "Axis", "Position", "Counter", "Speed", "Current", "Torque", "Bus", "Motor", "Driver",
+        "Switches", "",
+    ];
+    let mut table = table(&columns);
+    for (number, axis) in axes.as_object().into_iter().flatten() {
+        let celsius = |part: &str| format!("{} °C", rounded(&axis["temperatures"][part], 1));
+        table.add_row([
+            number.clone(),
+            format!("{} {}", rounded(&axis["position"], 3), plain(&axis["unit"])),
+            plain(&axis["counter"]),
+            format!("{} rpm", rounded(&axis["rpm"], 1)),
+            format!("{} A", rounded(&axis["torque_current"], 2)),
+            format!("{} Nm", rounded(&axis["motor_torque"], 3)),
+            format!("{} V", rounded(&axis["bus"], 2)),
+            celsius("motor"),
+            celsius("driver"),
+            switches(axis),
+            notes(axis),
+        ]);
+    }
+    writeln!(out, "{}", table.trim_fmt())
+}
+
+/// Status flags of a servo axis that tell of trouble.
+const TROUBLES: [&str; 6] =
+    ["overcurrent", "undervoltage", "overvoltage", "overtemperature", "hall_error", "driver_error"];
 
 /// What is out of the ordinary about an axis.
 fn notes(axis: &Value) -> String {
@@ -167,6 +206,20 @@ fn notes(axis: &Value) -> String {
         if let Some(state @ ("disconnected" | "shorted")) = state.as_str() {
             notes.push(format!("coil {} {state}", coil.to_uppercase()));
         }
+    }
+    if axis["driver_fault"] == true {
+        notes.push("driver fault".to_owned());
+    }
+    for (what, wires) in [("hall", &axis["halls"]), ("phase", &axis["phases"])] {
+        for (wire, state) in wires.as_object().into_iter().flatten() {
+            if let Some(state @ ("disconnected" | "shorted")) = state.as_str() {
+                notes.push(format!("{what} {} {state}", wire.to_uppercase()));
+            }
+        }
+    }
+    if is_servo(axis) {
+        let flags = TROUBLES.into_iter().filter(|&flag| axis["flags"][flag] == true);
+        notes.extend(flags.map(|flag| format!("flag {}", flag.replace('_', " "))));
     }
     for (switch, held) in axis["held"].as_object().into_iter().flatten() {
         if let Some(held @ ("pressed" | "released")) = held.as_str() {

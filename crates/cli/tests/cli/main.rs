@@ -19,6 +19,7 @@ mod serve;
 mod sim;
 mod test_coverage;
 mod test_programs;
+mod tune;
 mod usage;
 mod workflow;
 mod world;

@@ -429,30 +429,50 @@ fn who_has_seen_enough_of_a_trace_ends_it() {
 }
 
 const BOOK: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/simulate.md");
-const PICTURE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/images/sorter.svg");
+const IMAGES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/images/");
+
+/// What a file of the book holds.
+fn file_of_the_book<'a>(book: &'a str, name: &str) -> &'a str {
+    let (_, block) = book.split_once(&format!("<!-- file: {name} -->\n```")).unwrap();
+    let (_, text) = block.split_once('\n').unwrap();
+    text.split_once("```\n").unwrap().0
+}
+
+/// Runs the command of the book that draws a picture, and compares the two.
+#[track_caller]
+fn the_book_shows(picture: &str, files: &[&str]) {
+    let book = fs::read_to_string(BOOK).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    for file in files {
+        fs::write(folder.path().join(file), file_of_the_book(&book, file)).unwrap();
+    }
+    let plot = format!("--plot {picture}");
+    let command = book
+        .lines()
+        .find_map(|line| line.strip_prefix("$ tmcl ").filter(|line| line.contains(&plot)))
+        .unwrap();
+    let words: Vec<&str> = command.split(' ').collect();
+    assert!(tmcl(&words).current_dir(&folder).output().unwrap().status.success());
+    let drawn = fs::read_to_string(folder.path().join(picture)).unwrap();
+    let shown = format!("{IMAGES}{picture}");
+    if std::env::var_os("OPENTMCL_BLESS").is_some_and(|value| value == "1") {
+        fs::write(&shown, &drawn).unwrap();
+    }
+    assert!(
+        fs::read_to_string(&shown).unwrap() == drawn,
+        "docs/images/{picture} shows another run; if that is meant, run this test with OPENTMCL_BLESS=1 and \
+         look at the picture"
+    );
+}
 
 #[test]
 fn the_picture_of_the_book_is_what_the_book_says() {
-    let book = fs::read_to_string(BOOK).unwrap();
-    let (_, program) = book.split_once("<!-- file: sorter.tmc -->\n```tmcl\n").unwrap();
-    let (program, _) = program.split_once("```\n").unwrap();
-    let command = book
-        .lines()
-        .find_map(|line| line.strip_prefix("$ tmcl ").filter(|line| line.contains("--plot")))
-        .unwrap();
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("sorter.tmc"), program).unwrap();
-    let words: Vec<&str> = command.split(' ').collect();
-    assert!(tmcl(&words).current_dir(&folder).output().unwrap().status.success());
-    let drawn = fs::read_to_string(folder.path().join("sorter.svg")).unwrap();
-    if std::env::var_os("OPENTMCL_BLESS").is_some_and(|value| value == "1") {
-        fs::write(PICTURE, &drawn).unwrap();
-    }
-    assert!(
-        fs::read_to_string(PICTURE).unwrap() == drawn,
-        "docs/images/sorter.svg shows another run; if that is meant, run this test with OPENTMCL_BLESS=1 and \
-         look at the picture"
-    );
+    the_book_shows("sorter.svg", &["sorter.tmc"]);
+}
+
+#[test]
+fn the_picture_of_a_servo_axis_is_what_the_book_says() {
+    the_book_shows("slide.svg", &["slide.tmc", "slide.toml"]);
 }
 
 #[test]

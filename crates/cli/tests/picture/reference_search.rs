@@ -68,7 +68,8 @@ fn run(setup: &ModuleSetup, case: &Case, place: f64) -> Run {
     let mut module = VirtualModule::with_setup(setup, MemoryFlash::new(), Options::default());
     let action = format!("set position axis {axis} {place} mm");
     module.act(&action.parse::<Action>().unwrap()).unwrap();
-    if setup.axes[usize::from(axis)].machine.as_ref().unwrap().encoder.is_some() {
+    if setup.axes[usize::from(axis)].machine.as_ref().unwrap().stepper().unwrap().encoder.is_some()
+    {
         execute(&mut module, &format!("SAP 210, {axis}, 4000"));
     }
     for (parameter, value) in [(193, i32::from(mode)), (194, 25_600), (195, 5_120)] {
@@ -105,7 +106,7 @@ fn run(setup: &ModuleSetup, case: &Case, place: f64) -> Run {
 fn draw(setup: &ModuleSetup, case: &Case, name: &str, place: f64) -> String {
     let run = run(setup, case, place);
     let scale = setup.axes[usize::from(case.axis)].scale;
-    let machine = setup.axes[usize::from(case.axis)].machine.as_ref().unwrap();
+    let machine = setup.axes[usize::from(case.axis)].machine.as_ref().unwrap().stepper().unwrap();
     let (low, high) =
         run.stage.iter().fold((0, 0), |(low, high), &(_, at)| (at.min(low), at.max(high)));
     let mut bands = Vec::new();

@@ -1,6 +1,6 @@
 //! Control commands 128..139 and 255, downloads, code protection (firmware manual 3.6.57, 3.6.58).
 
-use opentmcl_catalog::Globals;
+use opentmcl_catalog::{Globals, Motion};
 use opentmcl_wire::limits::PROGRAM_LEN;
 use opentmcl_wire::{Command, Status, control};
 
@@ -49,10 +49,17 @@ impl<B: Board> Module<B> {
                 if self.globals[Globals::CodeProtection] & PROTECT_WRITING != 0 {
                     return Err(Status::EEPROM_LOCKED);
                 }
+                if self.model.motion == Motion::Block && self.servo.is_moving() {
+                    return Err(Status::NOT_AVAILABLE);
+                }
                 self.cpu.stop();
+                self.switch_bridge_off(true);
                 self.download = Download { active: true, address, unsaved: None };
             }
-            control::END_DOWNLOAD => self.download.active = false,
+            control::END_DOWNLOAD => {
+                self.switch_bridge_off(false);
+                self.download.active = false;
+            }
             control::READ_PROGRAM => return self.read_program(value),
             control::APPLICATION_STATUS => return self.application_status(kind),
             control::FIRMWARE_VERSION => return self.version(kind),
@@ -114,6 +121,14 @@ impl<B: Board> Module<B> {
         self.download.unsaved = Some(chunk);
         self.download.address = address + 1;
         Ok(Outcome::Loaded)
+    }
+
+    /// A TMCM-1613 has no torque while its program memory is filled.
+    fn switch_bridge_off(&mut self, off: bool) {
+        if self.model.motion == Motion::Block {
+            self.wake_servo();
+            self.servo.set_downloading(off);
+        }
     }
 
     fn save_download(&mut self) -> Result<(), Status> {

@@ -6,6 +6,11 @@ use opentmcl_wire::Status;
 use super::{Execution, Outcome};
 use crate::board::{Analog, Board};
 use crate::module::Module;
+use crate::servo::Behaviour;
+
+/// Ranges of the raw readings of supply (0.1 V) and temperature (°C). No source tells the real ones.
+const SUPPLY_RANGE: (i32, i32) = (0, 600);
+const TEMPERATURE_RANGE: (i32, i32) = (-50, 150);
 
 /// Value that stands for the accumulator when all outputs are set at once.
 const ACCUMULATOR: i32 = -1;
@@ -23,7 +28,21 @@ impl<B: Board> Module<B> {
             PortBehaviour::SupplyVoltage => self.board.analog(Analog::SupplyVoltage),
             PortBehaviour::Temperature => self.board.analog(Analog::Temperature),
             PortBehaviour::SupplyCurrent => self.board.analog(Analog::SupplyCurrent),
-            PortBehaviour::DigitalOutput => bit(self.digital_outputs, row),
+            PortBehaviour::ShuntReading => self.shunt_reading(),
+            PortBehaviour::SupplyReading => {
+                reading(self.board.analog(Analog::SupplyVoltage), SUPPLY_RANGE)
+            }
+            PortBehaviour::TemperatureReading => {
+                let (channel, range) = if row.index == 0 {
+                    (Analog::Temperature, TEMPERATURE_RANGE)
+                } else {
+                    (Analog::MotorTemperature, TEMPERATURE_RANGE)
+                };
+                reading(self.board.analog(channel), range)
+            }
+            PortBehaviour::DigitalOutput | PortBehaviour::SerialOutput => {
+                bit(self.digital_outputs, row)
+            }
             PortBehaviour::AllOutputs => i32::from(self.digital_outputs),
             // Write-only, which the catalogue says.
             PortBehaviour::PullUps | PortBehaviour::AdcRange => return Err(Status::WRONG_TYPE),
@@ -41,6 +60,11 @@ impl<B: Board> Module<B> {
                 let others = self.digital_outputs & !output;
                 self.write_outputs(others | if value != 0 { output } else { 0 });
             }
+            // In other behaviours the line belongs to the replies.
+            PortBehaviour::SerialOutput if self.behaviour() != Behaviour::Mixed => {
+                return Err(Status::NOT_AVAILABLE);
+            }
+            PortBehaviour::SerialOutput => self.write_outputs(value as u8 & 1),
             PortBehaviour::AllOutputs => {
                 let levels = if value == ACCUMULATOR { self.cpu.accumulator } else { value };
                 self.write_outputs(levels as u8);
@@ -55,7 +79,10 @@ impl<B: Board> Module<B> {
             | PortBehaviour::AnalogInput
             | PortBehaviour::SupplyVoltage
             | PortBehaviour::Temperature
-            | PortBehaviour::SupplyCurrent => return Err(Status::WRONG_TYPE),
+            | PortBehaviour::SupplyCurrent
+            | PortBehaviour::ShuntReading
+            | PortBehaviour::SupplyReading
+            | PortBehaviour::TemperatureReading => return Err(Status::WRONG_TYPE),
         }
         Ok(Outcome::Done)
     }
@@ -64,6 +91,12 @@ impl<B: Board> Module<B> {
         self.digital_outputs = levels;
         self.board.set_digital_outputs(levels);
     }
+}
+
+/// What a converter of 12 bits reads of a value within its range.
+fn reading(value: i32, (least, most): (i32, i32)) -> i32 {
+    const FULL_SCALE: i32 = 4095;
+    (value.clamp(least, most) - least) * FULL_SCALE / (most - least)
 }
 
 fn bit(levels: u8, row: &Port) -> i32 {

@@ -1,7 +1,7 @@
 //! ROR ROL MST MVP and their forms with accumulator and X.
 
 use opentmcl_motion::interpolation::Axes;
-use opentmcl_wire::Status;
+use opentmcl_wire::{Opcode, Status};
 
 use super::{Execution, Outcome};
 use crate::axis::{AxisNumber, PerAxis};
@@ -83,7 +83,10 @@ impl<B: Board> Module<B> {
                 }
                 Ok(Outcome::Reply(reply))
             }
-            COORDINATE => self.move_to_coordinate(motor, value),
+            // Modules without coordinates have no such type of a move.
+            COORDINATE if self.is_known(Opcode::Sco.number()) => {
+                self.move_to_coordinate(motor, value)
+            }
             _ => Err(Status::WRONG_TYPE),
         }
     }

@@ -2,7 +2,7 @@
 
 use opentmcl_catalog::{
     Axis, AxisBehaviour, AxisParameter, GlobalBehaviour, GlobalParameter, Globals,
-    InterruptSetting, Motion, Tmc429, Tmc5160, Unit, Variables,
+    InterruptSetting, Motion, Servo, Tmc429, Tmc5160, Unit, Variables,
 };
 use opentmcl_wire::Status;
 
@@ -10,6 +10,7 @@ use super::{Execution, Outcome};
 use crate::axis::AxisNumber;
 use crate::board::Board;
 use crate::module::Module;
+use crate::servo::Behaviour;
 use crate::storage::{self, Key};
 use crate::tmc5160::parameters::{speed, speed_to_register};
 
@@ -22,7 +23,7 @@ impl<B: Board> Module<B> {
     pub(super) fn store_axis_parameter(&mut self, axis: AxisNumber, number: u8) -> Execution {
         let row = self.axis_row(axis, number)?;
         if !row.access.store {
-            return Err(Status::WRONG_TYPE);
+            return self.without_access();
         }
         let Outcome::Read(value) = self.get_axis_parameter(axis, number)? else {
             return Err(Status::WRONG_TYPE);
@@ -35,7 +36,7 @@ impl<B: Board> Module<B> {
     pub(super) fn restore_axis_parameter(&mut self, axis: AxisNumber, number: u8) -> Execution {
         let row = self.axis_row(axis, number)?;
         if !row.access.store {
-            return Err(Status::WRONG_TYPE);
+            return self.without_access();
         }
         let key = Key::AxisParameter(number, axis.get());
         let stored = storage::fetch(self.board.flash(), key).map_err(|_| Status::EEPROM_LOCKED)?;
@@ -62,6 +63,15 @@ impl<B: Board> Module<B> {
                 let (mut chip, state) = self.tmc429(axis);
                 chip.get_driver(state, parameter)
             }
+            AxisBehaviour::Servo(parameter) => {
+                let around = self.surroundings();
+                self.servo.get(parameter, &around)
+            }
+            AxisBehaviour::Foc(parameter) => {
+                let around = self.surroundings();
+                self.servo.get_foc(parameter, number, &around)
+            }
+            AxisBehaviour::Block(parameter) => self.servo.get_block(parameter),
             AxisBehaviour::Axis(setting) => self.axis_setting(axis, setting),
             AxisBehaviour::Stored(_) => {
                 let place = self.stored_place(row);
@@ -79,12 +89,18 @@ impl<B: Board> Module<B> {
     ) -> Execution {
         let row = self.axis_row(axis, number)?;
         if !row.access.write {
-            return Err(Status::WRONG_TYPE);
+            return self.without_access();
         }
         self.check_range(axis, row, i64::from(value))?;
         self.write_axis_parameter(axis, row, value)?;
         self.touch(axis);
         Ok(Outcome::Done)
+    }
+
+    /// What comes of writing an axis parameter that can only be read, and of storing one that cannot be stored:
+    /// modules with field-oriented control say that it is done.
+    fn without_access(&self) -> Execution {
+        if self.model.motion == Motion::Foc { Ok(Outcome::Done) } else { Err(Status::WRONG_TYPE) }
     }
 
     fn axis_row(&self, axis: AxisNumber, number: u8) -> Result<&'static AxisParameter, Status> {
@@ -154,6 +170,23 @@ impl<B: Board> Module<B> {
                     }
                     _ => {}
                 }
+            }
+            AxisBehaviour::Servo(parameter) => {
+                self.wake_servo();
+                self.servo.set(parameter, value)?;
+                match parameter {
+                    Servo::TargetPosition => self.depart(axis, false),
+                    Servo::TargetVelocity | Servo::TargetTorque => self.give_up_target(axis),
+                    _ => {}
+                }
+            }
+            AxisBehaviour::Foc(parameter) => {
+                self.wake_servo();
+                self.servo.set_foc(parameter, row.number, value)?;
+            }
+            AxisBehaviour::Block(parameter) => {
+                self.wake_servo();
+                self.servo.set_block(parameter, value)?;
             }
             AxisBehaviour::Axis(setting) => self.set_axis_setting(axis, setting, value)?,
             AxisBehaviour::Stored(_) => {
@@ -344,6 +377,10 @@ impl<B: Board> Module<B> {
                 self.restart_heartbeat();
             }
             Globals::EepromMagic | Globals::AsciiMode => self.keep_global(number, value)?,
+            Globals::ModuleBehaviour => {
+                self.wake_servo();
+                self.behave(Behaviour::of(value));
+            }
             Globals::EepromLock => {
                 let locked = match value {
                     LOCK => 1,
@@ -393,6 +430,12 @@ impl<B: Board> Module<B> {
             let Outcome::Read(value) = self.get_global_parameter(bank, number)? else {
                 return Err(Status::WRONG_TYPE);
             };
+            if row.behaviour == GlobalBehaviour::Globals(Globals::ModuleBehaviour)
+                && Behaviour::of(value) == Behaviour::Analog
+            {
+                // A module that starts so would hear nobody any more.
+                return Err(Status::INVALID_VALUE);
+            }
             self.keep(stored_under(row, number), value)?;
         } else if !row.access.automatic {
             return Err(Status::WRONG_TYPE);
@@ -417,6 +460,7 @@ impl<B: Board> Module<B> {
 const fn stored_under(row: &GlobalParameter, number: u8) -> Key {
     match row.behaviour {
         GlobalBehaviour::Interrupts(_) => Key::Interrupt(number),
+        GlobalBehaviour::Globals(_) => Key::Global(number),
         _ => Key::Variable(number),
     }
 }

@@ -40,6 +40,7 @@ use crate::tmc5160::{Tmc5160, registers};
 
 pub(crate) use body::Body;
 pub(crate) use chip::Chip;
+pub(crate) use switches::Contact;
 
 /// A switch input of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -6,8 +6,8 @@ use crate::machine::Switch;
 const BOUNCES: u64 = 5;
 
 /// One switch and its contact.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Contact {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Contact {
     switch: Option<Switch>,
     /// Whether the stage actuates it.
     actuated: bool,
@@ -20,7 +20,7 @@ pub(super) struct Contact {
 impl Contact {
     /// A switch that the stage at this position may actuate; none is a switch that is never actuated
     /// except by hand.
-    pub(super) fn new(switch: Option<Switch>, stage: f64, circle: Option<f64>) -> Self {
+    pub(crate) fn new(switch: Option<Switch>, stage: f64, circle: Option<f64>) -> Self {
         let actuated = switch.is_some_and(|switch| {
             let at = near(&switch, stage, circle);
             (switch.from..=switch.to).contains(&at)
@@ -29,7 +29,7 @@ impl Contact {
     }
 
     /// The stage has come to a position. Says whether the level of the contact may have changed.
-    pub(super) fn pass(&mut self, stage: f64, circle: Option<f64>, now: u64) -> bool {
+    pub(crate) fn pass(&mut self, stage: f64, circle: Option<f64>, now: u64) -> bool {
         let Some(switch) = self.switch else { return false };
         let at = near(&switch, stage, circle);
         let (from, to) = zone(&switch, self.actuated);
@@ -43,28 +43,28 @@ impl Contact {
     }
 
     /// Holds it actuated or not, or leaves it to the stage.
-    pub(super) fn hold(&mut self, held: Option<bool>) {
+    pub(crate) fn hold(&mut self, held: Option<bool>) {
         self.held = held;
         self.bouncing_since = None;
     }
 
     /// Level of the input: whether it is actuated, and the other way round for a contact that is closed at
     /// rest.
-    pub(super) fn level(&self, now: u64) -> bool {
+    pub(crate) fn level(&self, now: u64) -> bool {
         let closed_at_rest = self.switch.is_some_and(|switch| switch.normally_closed);
         let as_before = self.held.is_none() && self.part(now).is_some_and(|part| part % 2 == 1);
         self.held.unwrap_or(self.actuated) ^ as_before ^ closed_at_rest
     }
 
     /// When a bouncing contact next changes.
-    pub(super) fn next_bounce(&self, now: u64) -> Option<u64> {
+    pub(crate) fn next_bounce(&self, now: u64) -> Option<u64> {
         let (since, bounce) = (self.bouncing_since?, self.switch?.bounce);
         let next = self.part(now)? + 1;
         (next < BOUNCES).then(|| (since + (bounce * next).div_ceil(BOUNCES)).max(now + 1))
     }
 
     /// The position of the stage at which it next changes on a way in this direction; none if it will not.
-    pub(super) fn edge_ahead(&self, stage: f64, forward: bool, circle: Option<f64>) -> Option<f64> {
+    pub(crate) fn edge_ahead(&self, stage: f64, forward: bool, circle: Option<f64>) -> Option<f64> {
         let switch = self.switch?;
         let at = near(&switch, stage, circle);
         let (from, to) = zone(&switch, self.actuated);

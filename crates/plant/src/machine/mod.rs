@@ -1,15 +1,19 @@
 //! What a motor turns: the description of the machine behind one axis.
 //!
 //! Everything is told as the motor's shaft feels it: torques in Nm at the shaft, inertias in kg m²,
-//! positions and distances in steps of 1/256 full step ("fine steps"), positive as the position counter
-//! counts up. Whoever thinks in millimetres, newtons and gears converts before.
+//! positions and distances in "fine steps", positive as the position counter counts up. A fine step is 1/256 full
+//! step of a stepper motor, and 1/65536 turn of a servo motor. Whoever thinks in millimetres, newtons and gears
+//! converts before.
+//!
+//! [`Machine`] has a stepper motor; [`crate::servo::Machine`] has a servo motor and shares load, stage, switches and
+//! encoder.
 
 mod load;
 pub mod motor;
 
 pub use motor::Motor;
 
-/// The machine behind one axis.
+/// The machine behind one axis with a stepper motor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
     /// The motor.

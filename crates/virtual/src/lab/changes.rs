@@ -73,6 +73,7 @@ impl<F: NorFlash> Lab<F> {
                 || (0..module.model().axes).any(|axis| {
                     module.speed(axis) != Some(0)
                         || module.view(axis).is_some_and(|view| view.speed != 0.0)
+                        || module.servo_view(axis).is_some_and(|view| view.speed != 0.0)
                 })
         })
     }

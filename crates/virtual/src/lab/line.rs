@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::state::seconds;
 use super::{Lab, LabEffect, Subscription};
+use crate::scenario::MachineSetup;
 use crate::suggest::did_you_mean;
 use crate::world::{Action, FAULTS_FORM, FORMS};
 
@@ -125,9 +126,9 @@ impl<F: NorFlash> Lab<F> {
     fn describe(&mut self) -> Response {
         let modules = self.scenario.modules.iter().map(|setup| {
             let axes = setup.axes.iter().enumerate().map(|(number, axis)| {
-                let stage = axis.machine.as_ref().map(|machine| &machine.stage);
+                let stage = axis.machine.as_ref().map(MachineSetup::stage);
                 let place = |fine: Option<f64>| fine.map(|fine| axis.scale.to_stage(fine));
-                let switches = axis.machine.as_ref().map(|machine| machine.switches);
+                let switches = axis.machine.as_ref().map(|machine| *machine.switches());
                 let zone = |switch: Option<opentmcl_plant::machine::Switch>| {
                     switch.map(|switch| {
                         let end = |fine: f64| {

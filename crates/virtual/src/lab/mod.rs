@@ -6,6 +6,7 @@
 
 mod changes;
 mod line;
+mod servo;
 mod state;
 
 use embedded_storage::nor_flash::NorFlash;

@@ -8,11 +8,12 @@ use opentmcl_wire::{Instant, TICKS_PER_SECOND};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::Lab;
+use super::{Lab, servo};
 use crate::module::VirtualModule;
+use crate::world::Hands;
 
 /// Members that change steadily while an axis moves.
-pub(super) const CONTINUOUS: [&str; 9] = [
+pub(super) const CONTINUOUS: [&str; 17] = [
     "position",
     "stage",
     "rotor",
@@ -22,6 +23,14 @@ pub(super) const CONTINUOUS: [&str; 9] = [
     "load",
     "stallguard",
     "current",
+    "rpm",
+    "phase_currents",
+    "torque_current",
+    "flux_current",
+    "motor_torque",
+    "bus",
+    "bus_current",
+    "temperatures",
 ];
 
 /// What a driver tells, by bits.
@@ -82,7 +91,7 @@ pub(super) fn seconds(time: Instant) -> f64 {
 }
 
 /// A value with the digits that mean something.
-fn rounded(value: f64) -> f64 {
+pub(super) fn rounded(value: f64) -> f64 {
     let rounded = (value * 1e6).round() / 1e6;
     // Too large to have such digits.
     if rounded.is_finite() { rounded + 0.0 } else { value }
@@ -136,19 +145,24 @@ fn module_state<F: NorFlash>(module: &mut VirtualModule<F>) -> Value {
     json!(state)
 }
 
+/// Who decides about the switches of an axis.
+pub(super) fn held(hands: &Hands) -> Value {
+    let [left, right, home] = hands.held.map(|held| match held {
+        None => "stage",
+        Some(true) => "pressed",
+        Some(false) => "released",
+    });
+    json!({ "left": left, "right": right, "home": home })
+}
+
 fn axis_state<F: NorFlash>(module: &mut VirtualModule<F>, axis: u8) -> Option<Value> {
-    let view = module.view(axis)?;
+    let Some(view) = module.view(axis) else { return servo::axis_state(module, axis) };
     let (scale, hands) = (module.scale(axis), module.hands_at(axis));
     let counter = module.position(axis)?;
     let turns = module.speed(axis)? != 0;
     let now = module.now();
     let status = module.hardware().driver_flags(axis, now);
     let [left, right, home] = view.switches;
-    let [held_left, held_right, held_home] = hands.held.map(|held| match held {
-        None => "stage",
-        Some(true) => "pressed",
-        Some(false) => "released",
-    });
     let [a, b] = hands.coils.map(|fault| match fault {
         None => "connected",
         Some(CoilFault::Open) => "disconnected",
@@ -175,7 +189,7 @@ fn axis_state<F: NorFlash>(module: &mut VirtualModule<F>, axis: u8) -> Option<Va
             Rotor::Free => "free",
         },
         switches: json!({ "left": left, "right": right, "home": home }),
-        held: json!({ "left": held_left, "right": held_right, "home": held_home }),
+        held: held(&hands),
         blocked: hands.blocked,
         push: hands.torque,
         coils: json!({ "a": a, "b": b }),

@@ -1,14 +1,15 @@
 //! An axis: motor, transmission, and what its machine is made of.
 
-use opentmcl_catalog::{AxisBehaviour, Module, Tmc5160};
+use opentmcl_catalog::{AxisBehaviour, Module, Motion, Tmc5160};
 use opentmcl_plant::machine::{Encoder, Machine, Motor, Switches};
+use opentmcl_plant::servo;
 
 use super::machine::{load, place, stage, switch, way};
 use super::module::tables;
-use super::motor::motor;
 use super::read::{Reader, Table, Value};
-use super::scale::Scale;
-use super::{AxisSetup, ModuleSetup};
+use super::scale::{SERVO_TURN, Scale, stepper_turn};
+use super::servo::{KEYS as SERVO_KEYS, complete};
+use super::{AxisSetup, MachineSetup, ModuleSetup, motor};
 use crate::quantity::Quantity;
 
 const KEYS: [&str; 10] = [
@@ -26,17 +27,24 @@ const KEYS: [&str; 10] = [
 
 /// `[[module.axis]]`.
 pub(super) fn axes<'a>(reader: &mut Reader<'a>, table: &Table<'a>, setup: &mut ModuleSetup) {
+    let is_servo = setup.model.motion.is_servo();
+    let servo_keys = SERVO_KEYS.iter().filter(|_| is_servo);
+    let keys: Vec<&str> = KEYS.iter().chain(servo_keys).copied().collect();
+    let mut described = vec![false; setup.axes.len()];
     for value in tables(reader, table, "axis", "[[module.axis]]") {
-        let Some(table) = reader.table(value, "an axis", &KEYS) else { continue };
+        let Some(table) = reader.table(value, "an axis", &keys) else { continue };
         let number = reader.required(&table, "axis", "axis = 0");
         let number = number.and_then(|value| {
             reader.integer(value, 0..u64::from(setup.model.axes)).and_then(|n| u8::try_from(n).ok())
         });
         let machine = machine(reader, &table, setup.model, number);
-        let Some(place) = number.and_then(|number| setup.axes.get_mut(usize::from(number))) else {
+        let Some(number) = number.map(usize::from) else { continue };
+        let (Some(place), Some(is_described)) =
+            (setup.axes.get_mut(number), described.get_mut(number))
+        else {
             continue;
         };
-        if place.machine.is_some() {
+        if std::mem::replace(is_described, true) {
             reader.mistake(table.place("axis"), "this axis is described twice");
         }
         if let Some(machine) = machine {
@@ -51,13 +59,15 @@ fn machine<'a>(
     model: &'static Module,
     axis: Option<u8>,
 ) -> Option<AxisSetup> {
-    let motor = reader
-        .required(table, "motor", "motor = \"qsh4218-51-10-049\"")
-        .and_then(|value| motor(reader, value));
-    let full_steps = motor.map_or(200, |motor: Motor| motor.full_steps);
+    let motor = axis_motor(reader, table, model);
+    let turn = match motor {
+        _ if model.motion.is_servo() => SERVO_TURN,
+        Some(AxisMotor::Stepper(motor)) => stepper_turn(motor.full_steps),
+        _ => stepper_turn(200),
+    };
     let scale = match table.get("transmission") {
-        Some(value) => transmission(reader, value, full_steps),
-        None => Some(Scale::rotary(full_steps, 1.0)),
+        Some(value) => transmission(reader, value, turn),
+        None => Some(Scale::rotary(turn, 1.0)),
     };
     // Whether the rest is in mm or in degrees is not known; it could only be told wrong.
     let scale = scale?;
@@ -98,23 +108,50 @@ fn machine<'a>(
     };
     let mut stage = stage?;
     stage.backlash = backlash?;
-    Some(AxisSetup {
-        machine: Some(Machine { motor: motor?, load: load?, stage, switches, encoder }),
-        scale,
-    })
+    let load = load?;
+    let machine = match motor? {
+        AxisMotor::Stepper(motor) => {
+            MachineSetup::Stepper(Box::new(Machine { motor, load, stage, switches, encoder }))
+        }
+        AxisMotor::Servo(motor) => {
+            let bare = servo::Machine::new(motor);
+            let machine = servo::Machine { load, stage, switches, encoder, ..bare };
+            MachineSetup::Servo(Box::new(complete(reader, table, model, machine)?))
+        }
+    };
+    Some(AxisSetup { machine: Some(machine), scale })
+}
+
+/// A motor of the kind that the module drives.
+#[derive(Clone, Copy)]
+enum AxisMotor {
+    Stepper(Motor),
+    Servo(servo::Motor),
+}
+
+fn axis_motor<'a>(
+    reader: &mut Reader<'a>,
+    table: &Table<'a>,
+    model: &'static Module,
+) -> Option<AxisMotor> {
+    if model.motion.is_servo() {
+        let value = reader.required(table, "motor", "motor = \"qbl4208-61-04-013\"")?;
+        return motor::servo(reader, value, model).map(AxisMotor::Servo);
+    }
+    let value = reader.required(table, "motor", "motor = \"qsh4218-51-10-049\"")?;
+    motor::stepper(reader, value, model).map(AxisMotor::Stepper)
 }
 
 /// Whether the catalogue gives an axis an encoder.
 fn has_encoder(model: &Module, axis: u8) -> bool {
+    if model.motion == Motion::Foc {
+        return true;
+    }
     let position = AxisBehaviour::Tmc5160(Tmc5160::EncoderPosition);
     model.axis_parameters.iter().any(|row| row.behaviour == position && row.is_on(axis))
 }
 
-fn transmission<'a>(
-    reader: &mut Reader<'a>,
-    value: &'a Value<'a>,
-    full_steps: u32,
-) -> Option<Scale> {
+fn transmission<'a>(reader: &mut Reader<'a>, value: &'a Value<'a>, turn: f64) -> Option<Scale> {
     let table = reader.table(value, "a transmission", &["gear", "screw", "belt"])?;
     let gear = table.get("gear").map_or(Some(1.0), |value| reader.number(value, 0.001, 10_000.0));
     let mut travel = |key| {
@@ -134,10 +171,8 @@ fn transmission<'a>(
             reader.mistake(table.place("belt"), message);
             None
         }
-        (Some(travel), None) | (None, Some(travel)) => {
-            Some(Scale::linear(full_steps, gear?, travel?))
-        }
-        (None, None) => Some(Scale::rotary(full_steps, gear?)),
+        (Some(travel), None) | (None, Some(travel)) => Some(Scale::linear(turn, gear?, travel?)),
+        (None, None) => Some(Scale::rotary(turn, gear?)),
     }
 }
 

@@ -11,18 +11,21 @@ mod motor;
 mod plan;
 mod read;
 mod scale;
+mod servo;
 
 use std::fmt;
 use std::path::PathBuf;
 
-use opentmcl_catalog::Module;
-use opentmcl_plant::machine::Machine;
+use opentmcl_catalog::{Module, Motion};
+use opentmcl_plant::machine::{Encoder, Machine, Stage, Switches};
+use opentmcl_plant::servo::{Halls, Machine as ServoMachine, Motor, Noise, motor as servo_motor};
 use opentmcl_wire::Instant;
 use toml::de::DeTable;
 
 use crate::world::{Action, Wave};
 use read::Reader;
 
+pub(crate) use scale::SERVO_TURN;
 pub use scale::{Scale, StageUnit};
 
 /// One or more modules with their machines.
@@ -58,10 +61,83 @@ pub struct ModuleSetup {
 /// An axis.
 #[derive(Clone, Debug, Default)]
 pub struct AxisSetup {
-    /// What its motor turns; an axis without follows every step, in empty space.
-    pub machine: Option<Machine>,
+    /// Its motor and what that turns. A stepper axis without follows every step, in empty space; a servo axis
+    /// always has one.
+    pub machine: Option<MachineSetup>,
     /// How its stage is measured.
     pub scale: Scale,
+}
+
+/// The machine behind an axis, with a motor of the kind that the module drives.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MachineSetup {
+    /// A stepper motor.
+    Stepper(Box<Machine>),
+    /// A servo motor.
+    Servo(Box<ServoSetup>),
+}
+
+/// The machine behind a servo axis, and how its currents are measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ServoSetup {
+    /// The machine.
+    pub machine: ServoMachine,
+    /// Noise of the converters of the currents.
+    pub noise: Noise,
+}
+
+/// The motor of a servo module about whose machine nothing is said.
+const USUAL_MOTOR: &str = "qbl4208-61-04-013";
+
+impl ServoSetup {
+    /// What a servo module has behind it if nothing is said: a motor that turns nothing but itself, with halls, and
+    /// with an encoder of 4096 counts.
+    ///
+    /// Behind field-oriented control, halls and encoder are wired as the vendor's examples for this motor expect
+    /// them: with the polarity of the halls inverted and the direction of the encoder reversed.
+    pub fn usual(motion: Motion) -> Self {
+        let usual = servo_motor::preset(USUAL_MOTOR).unwrap_or(servo_motor::PRESETS[0].motor);
+        let mut machine = ServoMachine::new(Motor::Brushless(usual));
+        if motion == Motion::Foc {
+            machine.halls = machine.halls.map(|halls| Halls { inverted: true, ..halls });
+            machine.encoder = machine.encoder.map(|encoder| Encoder { reversed: true, ..encoder });
+        }
+        Self { machine, noise: Noise::default() }
+    }
+}
+
+impl MachineSetup {
+    /// Where the way ends.
+    pub fn stage(&self) -> &Stage {
+        match self {
+            Self::Stepper(machine) => &machine.stage,
+            Self::Servo(servo) => &servo.machine.stage,
+        }
+    }
+
+    /// The switches along the way.
+    pub fn switches(&self) -> &Switches {
+        match self {
+            Self::Stepper(machine) => &machine.switches,
+            Self::Servo(servo) => &servo.machine.switches,
+        }
+    }
+
+    /// The machine, if it has a stepper motor.
+    pub fn stepper(&self) -> Option<&Machine> {
+        match self {
+            Self::Stepper(machine) => Some(machine),
+            Self::Servo(_) => None,
+        }
+    }
+
+    /// The machine, if it has a servo motor.
+    pub fn servo(&self) -> Option<&ServoSetup> {
+        match self {
+            Self::Stepper(_) => None,
+            Self::Servo(servo) => Some(servo),
+        }
+    }
 }
 
 /// A port where a module is served.
@@ -173,12 +249,19 @@ impl Scenario {
 }
 
 impl ModuleSetup {
-    /// A module with ideal axes and nothing around it, called as its model is.
+    /// A module with ideal axes and nothing around it, called as its model is. A servo module has its
+    /// [usual machine](ServoSetup::usual).
     pub fn new(model: &'static Module) -> Self {
+        let axis = if model.motion.is_servo() {
+            let usual = MachineSetup::Servo(Box::new(ServoSetup::usual(model.motion)));
+            AxisSetup { machine: Some(usual), scale: Scale::rotary(scale::SERVO_TURN, 1.0) }
+        } else {
+            AxisSetup::default()
+        };
         Self {
             name: model.name.to_owned(),
             model,
-            axes: vec![AxisSetup::default(); usize::from(model.axes)],
+            axes: vec![axis; usize::from(model.axes)],
             start: Vec::new(),
             timeline: Vec::new(),
             waves: Vec::new(),

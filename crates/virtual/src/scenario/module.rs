@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::read::{Reader, Table, Value};
-use super::{ModuleSetup, PortKind, PortSetup, axis, plan};
+use super::{ModuleSetup, PortKind, PortSetup, axis, plan, servo};
 use crate::quantity::Quantity;
 use crate::suggest::did_you_mean;
 use crate::world::Action;
@@ -70,7 +70,10 @@ fn module<'a>(reader: &mut Reader<'a>, table: &Table<'a>) -> Option<ModuleSetup>
     }
     axis::axes(reader, table, &mut setup);
     if let Some(value) = table.get("supply")
-        && let Some(volts) = reader.amount(value, Quantity::Voltage, true)
+        && let Some(volts) = match value.get_ref() {
+            DeValue::Table(_) => servo::supply(reader, value, &mut setup),
+            _ => reader.amount(value, Quantity::Voltage, true),
+        }
     {
         plan::action(reader, value.span(), &format!("supply {volts} V"), &mut setup, None);
     }

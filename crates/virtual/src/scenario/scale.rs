@@ -4,8 +4,16 @@ use std::f64::consts::TAU;
 
 use crate::quantity::Quantity;
 
-/// Fine steps of one full step.
+/// Fine steps of one full step of a stepper motor.
 const FINE_STEPS: f64 = 256.0;
+
+/// Fine steps of a turn of a servo motor.
+pub(crate) const SERVO_TURN: f64 = 65_536.0;
+
+/// Fine steps of a turn of a stepper motor.
+pub(crate) fn stepper_turn(full_steps: u32) -> f64 {
+    f64::from(full_steps) * FINE_STEPS
+}
 
 /// Acceleration of gravity in m/s².
 pub(crate) const GRAVITY: f64 = 9.80665;
@@ -42,9 +50,9 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// A stage that turns, `gear` turns of the motor for one of the stage.
-    pub fn rotary(full_steps: u32, gear: f64) -> Self {
-        let turn = f64::from(full_steps) * FINE_STEPS;
+    /// A stage that turns, `gear` turns of the motor for one of the stage; `turn` is a turn of the motor in
+    /// fine steps.
+    pub fn rotary(turn: f64, gear: f64) -> Self {
         Self {
             unit: StageUnit::Degrees,
             fine_per_unit: turn * gear / 360.0,
@@ -54,8 +62,7 @@ impl Scale {
     }
 
     /// A stage that moves along a line: by `travel` mm for each turn behind a gear.
-    pub fn linear(full_steps: u32, gear: f64, travel: f64) -> Self {
-        let turn = f64::from(full_steps) * FINE_STEPS;
+    pub fn linear(turn: f64, gear: f64, travel: f64) -> Self {
         Self {
             unit: StageUnit::Millimetres,
             fine_per_unit: turn * gear / travel,
@@ -114,9 +121,9 @@ impl Scale {
 }
 
 impl Default for Scale {
-    /// A motor of 200 full steps with nothing behind its shaft.
+    /// A stepper motor of 200 full steps with nothing behind its shaft.
     fn default() -> Self {
-        Self::rotary(200, 1.0)
+        Self::rotary(stepper_turn(200), 1.0)
     }
 }
 
@@ -134,7 +141,7 @@ mod tests {
     #[test]
     fn a_lead_screw_is_seen_at_the_shaft_as_by_hand() {
         // 200 full steps · 256 = 51200 fine steps for 5 mm.
-        let screw = Scale::linear(200, 1.0, 5.0);
+        let screw = Scale::linear(stepper_turn(200), 1.0, 5.0);
         near(screw.to_fine(12.5), 128_000.0);
         near(screw.to_stage(128_000.0), 12.5);
         // T = F · lead / 2π: 3 N · 0.005 m / 2π.
@@ -148,7 +155,7 @@ mod tests {
     #[test]
     fn a_gear_is_seen_at_the_shaft_as_by_hand() {
         // 400 full steps, 10 turns of the motor for one of the stage.
-        let gear = Scale::rotary(400, 10.0);
+        let gear = Scale::rotary(stepper_turn(400), 10.0);
         near(gear.to_fine(360.0), 1_024_000.0);
         near(gear.torque(2.0), 0.2);
         near(gear.inertia(1e-3), 1e-5);
@@ -161,7 +168,7 @@ mod tests {
     #[test]
     fn a_screw_behind_a_gear_is_seen_through_both() {
         // 3 turns for 6 mm are 2 mm for each.
-        let both = Scale::linear(200, 3.0, 6.0);
+        let both = Scale::linear(stepper_turn(200), 3.0, 6.0);
         near(both.to_fine(2.0), 51_200.0);
         near(both.torque(1.0), 0.002 / (2.0 * PI));
     }

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use opentmcl_plant::axis::{Coil, CoilFault, SwitchInput};
+use opentmcl_plant::servo::LineFault;
 
 /// Something that happens to a module without a command.
 ///
@@ -52,6 +53,16 @@ pub enum Action {
         /// Degrees Celsius.
         celsius: f64,
     },
+    /// `temperature motor 80 axis 0`, without an axis all of them: that of the winding of a servo motor in degrees
+    /// Celsius.
+    MotorTemperature {
+        /// Which axis; none is all.
+        axis: Option<u8>,
+        /// Degrees Celsius.
+        celsius: f64,
+    },
+    /// `temperature ambient 40`: that of the surroundings of a servo module and its motor in degrees Celsius.
+    AmbientTemperature(f64),
     /// `temperature board 60` in degrees Celsius.
     BoardTemperature(f64),
     /// `power cycle`: the supply goes off and on.
@@ -81,6 +92,32 @@ pub enum Action {
         coil: Coil,
         /// What is wrong with its wires from now on; none if nothing is.
         fault: Option<CoilFault>,
+    },
+    /// `disconnect hall B axis 0`, `short hall B axis 0`, `connect hall B axis 0`: a wire that is off is pulled high,
+    /// one that touches ground is low.
+    Hall {
+        /// Which axis.
+        axis: u8,
+        /// Which line, 0 to 2 for A to C.
+        line: u8,
+        /// What its level is from now on.
+        fault: LineFault,
+    },
+    /// `disconnect phase C axis 0`, `connect phase C axis 0`: the wire of a phase of a servo motor.
+    Phase {
+        /// Which axis.
+        axis: u8,
+        /// Which phase, 0 to 2 for A to C.
+        phase: u8,
+        /// Whether its wire is off.
+        open: bool,
+    },
+    /// `driver fault axis 0`, `driver ok axis 0`: whether the gate driver of a servo axis reports a fault.
+    DriverFault {
+        /// Which axis.
+        axis: u8,
+        /// Whether it does.
+        fault: bool,
     },
     /// `set position axis 0 12.5 mm`: the stage is moved by hand.
     Position {
@@ -150,6 +187,15 @@ fn coil_word(coil: Coil) -> char {
     }
 }
 
+/// The letter of a hall line or a phase.
+pub(super) fn letter(number: u8) -> char {
+    match number {
+        0 => 'A',
+        1 => 'B',
+        _ => 'C',
+    }
+}
+
 impl fmt::Display for Action {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -176,6 +222,13 @@ impl fmt::Display for Action {
             Self::DriverTemperature { axis: Some(axis), celsius } => {
                 write!(f, "temperature driver {celsius} axis {axis}")
             }
+            Self::MotorTemperature { axis: None, celsius } => {
+                write!(f, "temperature motor {celsius}")
+            }
+            Self::MotorTemperature { axis: Some(axis), celsius } => {
+                write!(f, "temperature motor {celsius} axis {axis}")
+            }
+            Self::AmbientTemperature(celsius) => write!(f, "temperature ambient {celsius}"),
             Self::BoardTemperature(celsius) => write!(f, "temperature board {celsius}"),
             Self::PowerCycle => f.write_str("power cycle"),
             Self::Power(true) => f.write_str("power on"),
@@ -195,6 +248,21 @@ impl fmt::Display for Action {
                     Some(CoilFault::ShortToGround) => "short",
                 };
                 write!(f, "{word} coil {} axis {axis}", coil_word(coil))
+            }
+            Self::Hall { axis, line, fault } => {
+                let word = match fault {
+                    LineFault::None => "connect",
+                    LineFault::StuckHigh => "disconnect",
+                    LineFault::StuckLow => "short",
+                };
+                write!(f, "{word} hall {} axis {axis}", letter(line))
+            }
+            Self::Phase { axis, phase, open } => {
+                let word = if open { "disconnect" } else { "connect" };
+                write!(f, "{word} phase {} axis {axis}", letter(phase))
+            }
+            Self::DriverFault { axis, fault } => {
+                write!(f, "driver {} axis {axis}", if fault { "fault" } else { "ok" })
             }
             Self::Position { axis, place } => {
                 let (value, unit) = match place {

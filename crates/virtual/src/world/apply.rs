@@ -3,6 +3,7 @@
 use embedded_storage::nor_flash::NorFlash;
 use opentmcl_catalog::PortBehaviour;
 use opentmcl_plant::axis::{Coil, Influence};
+use opentmcl_plant::servo;
 use opentmcl_wire::Instant;
 
 use super::action::{Action, Place, Push};
@@ -150,6 +151,13 @@ impl<F: NorFlash> VirtualModule<F> {
                     }
                 }
             }
+            Action::MotorTemperature { celsius, .. } => {
+                self.hardware().influence_servo(servo::Influence::WindingTemperature(celsius));
+            }
+            Action::AmbientTemperature(celsius) => {
+                self.hardware().set_temperature(celsius);
+                self.hardware().influence_servo(servo::Influence::Ambient(celsius));
+            }
             Action::BoardTemperature(celsius) => self.hardware().set_temperature(celsius),
             Action::Input { input, high } => {
                 if let Some(row) = self.model().port(PortBehaviour::DigitalInput, input) {
@@ -170,6 +178,28 @@ impl<F: NorFlash> VirtualModule<F> {
                     } = fault;
                 }
                 self.hardware().influence(axis, Influence::Coil(coil, fault));
+            }
+            Action::Hall { axis, line, fault } => {
+                if let Some(hands) = self.hands(axis)
+                    && let Some(hall) = hands.halls.get_mut(usize::from(line))
+                {
+                    *hall = fault;
+                }
+                self.hardware().influence_servo(servo::Influence::HallLine(line, fault));
+            }
+            Action::Phase { axis, phase, open } => {
+                if let Some(hands) = self.hands(axis)
+                    && let Some(wire) = hands.open_phases.get_mut(usize::from(phase))
+                {
+                    *wire = open;
+                }
+                self.hardware().influence_servo(servo::Influence::PhaseOpen(phase, open));
+            }
+            Action::DriverFault { axis, fault } => {
+                if let Some(hands) = self.hands(axis) {
+                    hands.driver_fault = fault;
+                }
+                self.hardware().influence_servo(servo::Influence::DriverFault(fault));
             }
             Action::Position { axis, place } => {
                 let fine = match place {

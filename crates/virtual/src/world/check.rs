@@ -1,8 +1,9 @@
 //! Whether an action can be done to a module.
 
-use opentmcl_catalog::{Module, PortBehaviour};
+use opentmcl_catalog::{Module, Motion, PortBehaviour};
+use opentmcl_plant::servo::Motor;
 
-use super::action::{Action, AnalogLevel, Place, Push};
+use super::action::{Action, AnalogLevel, Place, Push, letter};
 use crate::scenario::{AxisSetup, StageUnit};
 
 /// Says why an action cannot be done, and what could be.
@@ -19,13 +20,21 @@ pub(crate) fn check(
     };
     let machine = |number: u8| {
         let axis = axis(number)?;
-        if axis.machine.is_some() {
+        // A servo module has a motor whatever is said.
+        if axis.machine.is_some() || matches!(model.motion, Motion::Foc | Motion::Block) {
             return Ok(axis);
         }
         Err(format!(
             "axis {number} has no machine and follows every step; describe it in a scenario with \
              [[module.axis]]"
         ))
+    };
+    let title = model.title;
+    let servo = |number: u8| {
+        let machine = axis(number)?.machine.as_ref().and_then(|machine| machine.servo());
+        machine.map(|servo| &servo.machine).ok_or_else(|| {
+            format!("axis {number} of the {title} drives a stepper motor; this is for servo motors")
+        })
     };
     let input = |behaviour, kind: &str, number: u8| {
         if model.port(behaviour, number).is_some() {
@@ -37,9 +46,36 @@ pub(crate) fn check(
         Err(format!("the {} has no {kind} {number}; there are {numbers}", model.title))
     };
     match *action {
+        Action::Switch { .. } if model.motion == Motion::Block => {
+            Err(format!("the {title} has no inputs for switches"))
+        }
+        Action::Coil { axis: number, .. } if model.motion.is_servo() => Err(format!(
+            "axis {number} of the {title} drives a servo motor, which has phases; write for example \
+             disconnect phase A axis {number}"
+        )),
         Action::Switch { axis: number, .. }
         | Action::Coil { axis: number, .. }
         | Action::DriverTemperature { axis: Some(number), .. } => axis(number).map(drop),
+        Action::DriverFault { axis: number, .. }
+        | Action::MotorTemperature { axis: Some(number), .. } => servo(number).map(drop),
+        Action::MotorTemperature { axis: None, .. } | Action::AmbientTemperature(_) => {
+            servo(0).map(drop)
+        }
+        Action::Hall { axis: number, .. } => match servo(number)?.halls {
+            Some(_) => Ok(()),
+            None => Err(format!("the motor of axis {number} has no halls")),
+        },
+        Action::Phase { axis: number, phase, .. } => match servo(number)?.motor {
+            Motor::Brushed(_) if phase == 2 => Err(format!(
+                "the motor of axis {number} has brushes and no phase {}; its wires are A and B",
+                letter(phase)
+            )),
+            _ => Ok(()),
+        },
+        Action::BoardTemperature(celsius) if model.motion.is_servo() => Err(format!(
+            "the {title} does not measure that of its board; write temperature driver {celsius}, \
+             temperature motor {celsius} or temperature ambient {celsius}"
+        )),
         Action::Block { axis: number, .. }
         | Action::Load { axis: number, push: Push::Torque(_) } => machine(number).map(drop),
         Action::Load { axis: number, push: Push::Force(_) } => {
@@ -51,6 +87,14 @@ pub(crate) fn check(
         Action::Position { axis: number, place } => {
             let unit = machine(number)?.scale.unit();
             match (place, unit) {
+                (Place::Microsteps(_), unit) if model.motion.is_servo() => {
+                    let example = if unit == StageUnit::Degrees {
+                        "an angle, for example 90 deg"
+                    } else {
+                        "a length, for example 5 mm"
+                    };
+                    Err(format!("a servo motor has no microsteps; write {example}"))
+                }
                 (Place::Millimetres(_), StageUnit::Degrees) => Err(format!(
                     "the stage of axis {number} turns; write an angle, for example 90 deg"
                 )),
@@ -78,7 +122,9 @@ pub(crate) fn check(
             if numbers.clone().any(|index| index == input) {
                 return Ok(());
             }
-            let last = numbers.next_back().unwrap_or_default();
+            let Some(last) = numbers.next_back() else {
+                return Err(format!("the {title} has no safe-torque-off inputs"));
+            };
             Err(format!("there is no safe-torque-off input {input}; they are 0 to {last}"))
         }
         Action::Supply(_)

@@ -1,6 +1,7 @@
 //! What is held, pushed and broken at an axis at present.
 
 use opentmcl_plant::axis::{CoilFault, SwitchInput};
+use opentmcl_plant::servo::LineFault;
 
 /// Temperature of a driver until somebody says otherwise, in degrees Celsius.
 const ROOM_TEMPERATURE: f64 = 25.0;
@@ -18,6 +19,12 @@ pub(crate) struct Hands {
     pub(crate) coils: [Option<CoilFault>; 2],
     /// Temperature of the driver in degrees Celsius.
     pub(crate) driver_temperature: f64,
+    /// Hall lines A, B and C of a servo motor.
+    pub(crate) halls: [LineFault; 3],
+    /// Whether the wires of phases A, B and C of a servo motor are off.
+    pub(crate) open_phases: [bool; 3],
+    /// Whether the gate driver reports a fault.
+    pub(crate) driver_fault: bool,
 }
 
 impl Default for Hands {
@@ -28,6 +35,9 @@ impl Default for Hands {
             torque: 0.0,
             coils: [None; 2],
             driver_temperature: ROOM_TEMPERATURE,
+            halls: [LineFault::None; 3],
+            open_phases: [false; 3],
+            driver_fault: false,
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use opentmcl_plant::axis::{Coil, CoilFault, SwitchInput};
+use opentmcl_plant::servo::LineFault;
 
 use super::action::{Action, AnalogLevel, Place, Push};
 use crate::quantity::{self, Quantity};
@@ -21,7 +22,7 @@ impl ActionError {
 }
 
 /// First word of each action, and how the action is written.
-pub(crate) const FORMS: [(&str, &str); 16] = [
+pub(crate) const FORMS: [(&str, &str); 17] = [
     ("press", "press left axis 0 (left, right or home)"),
     ("release", "release left axis 0 (left, right or home)"),
     ("free", "free left axis 0 (left, right or home)"),
@@ -31,14 +32,19 @@ pub(crate) const FORMS: [(&str, &str); 16] = [
     ("supply", "supply 18 V"),
     (
         "temperature",
-        "temperature driver 120, temperature driver 120 axis 0 or temperature board 60",
+        "temperature driver 120, temperature driver 120 axis 0, temperature motor 80, temperature ambient 40 or \
+         temperature board 60",
     ),
     ("power", "power cycle, power off or power on"),
     ("input", "input 3 high or input 3 low"),
     ("analog", "analog 0 2048, or analog 0 2.5 V"),
-    ("disconnect", "disconnect coil A axis 0 (A or B)"),
-    ("connect", "connect coil A axis 0 (A or B)"),
-    ("short", "short coil A axis 0 (A or B)"),
+    (
+        "disconnect",
+        "disconnect coil A axis 0, disconnect hall A axis 0 or disconnect phase A axis 0",
+    ),
+    ("connect", "connect coil A axis 0, connect hall A axis 0 or connect phase A axis 0"),
+    ("short", "short coil A axis 0 or short hall A axis 0"),
+    ("driver", "driver fault axis 0 or driver ok axis 0"),
     ("set", "set position axis 0 12.5 mm (mm, deg or usteps)"),
     ("torque", "torque off input 0 or torque on input 0"),
 ];
@@ -154,9 +160,19 @@ fn read<'a>(word: &'a str, rest: &[&'a str]) -> Result<Action, Wrong<'a>> {
             let axis = Some(axis(axis_word, number)?);
             Ok(Action::DriverTemperature { axis, celsius: temperature(celsius)? })
         }
+        ("temperature", &["motor", celsius]) => {
+            Ok(Action::MotorTemperature { axis: None, celsius: temperature(celsius)? })
+        }
+        ("temperature", &["motor", celsius, axis_word, number]) => {
+            let axis = Some(axis(axis_word, number)?);
+            Ok(Action::MotorTemperature { axis, celsius: temperature(celsius)? })
+        }
+        ("temperature", &["ambient", celsius]) => {
+            Ok(Action::AmbientTemperature(temperature(celsius)?))
+        }
         ("temperature", &["board", celsius]) => Ok(Action::BoardTemperature(temperature(celsius)?)),
-        ("temperature", &[word, ..]) if !matches!(word, "driver" | "board") => {
-            Err(Wrong::Word { word, expected: &["driver", "board"] })
+        ("temperature", &[word, ..]) if !TEMPERATURES.contains(&word) => {
+            Err(Wrong::Word { word, expected: &TEMPERATURES })
         }
         ("power", &["cycle"]) => Ok(Action::PowerCycle),
         ("power", &["on"]) => Ok(Action::Power(true)),
@@ -193,6 +209,30 @@ fn read<'a>(word: &'a str, rest: &[&'a str]) -> Result<Action, Wrong<'a>> {
             };
             Ok(Action::Coil { axis: axis(axis_word, number)?, coil, fault })
         }
+        ("disconnect" | "connect" | "short", &["hall", line, axis_word, number]) => {
+            let fault = match word {
+                "disconnect" => LineFault::StuckHigh,
+                "short" => LineFault::StuckLow,
+                _ => LineFault::None,
+            };
+            Ok(Action::Hall { axis: axis(axis_word, number)?, line: lettered(line)?, fault })
+        }
+        ("disconnect" | "connect", &["phase", phase, axis_word, number]) => {
+            let (axis, phase) = (axis(axis_word, number)?, lettered(phase)?);
+            Ok(Action::Phase { axis, phase, open: word == "disconnect" })
+        }
+        ("disconnect" | "connect", &[word, _, _, _]) => {
+            Err(Wrong::Word { word, expected: &["coil", "hall", "phase"] })
+        }
+        ("short", &[word, _, _, _]) => Err(Wrong::Word { word, expected: &["coil", "hall"] }),
+        ("driver", &[state, axis_word, number]) => {
+            let fault = match state {
+                "fault" => true,
+                "ok" => false,
+                word => return Err(Wrong::Word { word, expected: &["fault", "ok"] }),
+            };
+            Ok(Action::DriverFault { axis: axis(axis_word, number)?, fault })
+        }
         ("set", &["position", axis_word, number, ref place @ ..]) if !place.is_empty() => {
             let axis = axis(axis_word, number)?;
             let kinds = [Quantity::Length, Quantity::Angle, Quantity::Microsteps];
@@ -212,6 +252,19 @@ fn read<'a>(word: &'a str, rest: &[&'a str]) -> Result<Action, Wrong<'a>> {
             Ok(Action::Torque { input: small(input)?, allowed })
         }
         _ => Err(Wrong::Form),
+    }
+}
+
+/// What has a temperature.
+const TEMPERATURES: [&str; 4] = ["driver", "motor", "ambient", "board"];
+
+/// A hall line or a phase by its letter.
+fn lettered(text: &str) -> Result<u8, Wrong<'_>> {
+    match text {
+        "A" | "a" => Ok(0),
+        "B" | "b" => Ok(1),
+        "C" | "c" => Ok(2),
+        word => Err(Wrong::Word { word, expected: &["A", "B", "C"] }),
     }
 }
 

@@ -73,6 +73,13 @@ pub(crate) fn between(low: &Action, high: &Action, part: f64) -> Option<Action> 
         (Action::BoardTemperature(low), Action::BoardTemperature(high)) => {
             Action::BoardTemperature(mix(*low, *high))
         }
+        (Action::AmbientTemperature(low), Action::AmbientTemperature(high)) => {
+            Action::AmbientTemperature(mix(*low, *high))
+        }
+        (
+            &Action::MotorTemperature { axis, celsius },
+            &Action::MotorTemperature { axis: other, celsius: high },
+        ) if axis == other => Action::MotorTemperature { axis, celsius: mix(celsius, high) },
         (
             &Action::DriverTemperature { axis, celsius },
             &Action::DriverTemperature { axis: other, celsius: high },

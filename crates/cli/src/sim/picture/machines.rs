@@ -52,7 +52,7 @@ pub(super) fn real_positions(samples: &[Sampled], axes: &[usize]) -> Vec<(usize,
 /// Zones of the switches of an axis, as far as they lie where it went.
 pub(super) fn zones(module: &VirtualModule, samples: &[Sampled], axis: usize) -> Vec<Band> {
     let number = u8::try_from(axis).unwrap_or(u8::MAX);
-    let Some(described) = module.board().machine(number) else { return Vec::new() };
+    let Some(described) = module.machine(number) else { return Vec::new() };
     let mut machines = samples.iter().filter_map(|sample| machine(sample, axis));
     let (low, high) =
         machines.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| {
@@ -61,7 +61,7 @@ pub(super) fn zones(module: &VirtualModule, samples: &[Sampled], axis: usize) ->
     let Some(fine_steps) = machines.next_back().map(|last| last.fine_steps) else {
         return Vec::new();
     };
-    let switches = &described.switches;
+    let switches = described.switches();
     let zones = [&switches.left, &switches.right, &switches.home].into_iter().zip(SWITCHES);
     zones
         .filter_map(|(switch, name)| {
@@ -165,6 +165,7 @@ mod tests {
                 positions: vec![at, at],
                 speeds: vec![0, 0],
                 machines: vec![None, Some(machine)],
+                servos: vec![None, None],
             }
         };
         (0..=10).map(|at| sampled(at * 100)).collect()

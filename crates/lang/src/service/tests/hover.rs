@@ -31,7 +31,7 @@ fn a_command_says_how_it_is_written_and_what_it_does() {
     says("SAPX$0 4, 1", &["since firmware 1.15"]);
     says("STA$0P 4, 1", &["TMCM-6214 does not have it"]);
     let without = Fixture::without_module("M$0VP ABS, 0, 1000");
-    assert!(hover_of(&without).unwrap().contains("Move an axis"));
+    assert!(hover_of(&without).unwrap().contains("to a position"));
 }
 
 #[test]
