@@ -106,12 +106,13 @@ impl<B: Board> Drive<'_, B> {
         either!(self, chip => chip.velocity())
     }
 
-    /// The speed in microsteps per second, away from zero.
-    pub(crate) fn pps(&mut self) -> i32 {
+    /// The speed for those who look on: of a stepper in microsteps per second, away from zero; of a servo in
+    /// revolutions per minute.
+    pub(crate) fn shown_speed(&mut self) -> i32 {
         match self {
             Self::Tmc5160(chip) => units::speed_from_register(i64::from(chip.velocity())),
             Self::Tmc429(chip) => chip.pps(),
-            Self::Servo(axis) => axis.pps(),
+            Self::Servo(axis) => axis.velocity(),
         }
     }
 

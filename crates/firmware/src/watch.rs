@@ -268,9 +268,6 @@ impl<B: Board> Module<B> {
     /// servo axis in revolutions per minute. None if there is no such axis.
     pub fn speed(&mut self, axis: u8) -> Option<i32> {
         let axis = AxisNumber::new(axis, self.model.axes)?;
-        if self.has_servo() {
-            return Some(self.servo.rpm());
-        }
-        Some(self.drive(axis).0.pps())
+        Some(self.drive(axis).0.shown_speed())
     }
 }

@@ -35,11 +35,6 @@ impl<B: Board> Axis<'_, B> {
         self.servo.rpm()
     }
 
-    /// Units of the position per second.
-    pub(crate) fn pps(&mut self) -> i32 {
-        self.servo.units_per_second()
-    }
-
     pub(crate) fn position_reached(&mut self) -> bool {
         self.servo.has_arrived()
     }

@@ -92,12 +92,6 @@ impl Servo {
         self.counted_speed(self.speed())
     }
 
-    /// Units of the position per second.
-    pub(crate) fn units_per_second(&self) -> i32 {
-        let per_minute = i64::from(self.speed()) * self.units_per_turn() / i64::from(RPM);
-        saturated(per_minute / 60)
-    }
-
     /// Whether the target of a move has been reached.
     pub(crate) fn has_arrived(&self) -> bool {
         self.mode == Mode::Position && self.status.reached

@@ -187,7 +187,7 @@ impl Servo {
     /// Actual speed in 1/256 revolution per minute, filtered.
     #[inline]
     pub(super) fn speed(&self) -> i32 {
-        if self.position_source() == Source::OpenLoop && self.is_open_loop() {
+        if self.velocity_source() == Source::OpenLoop {
             return self.speed_ramp.speed();
         }
         self.sensors.speed()
