@@ -287,36 +287,6 @@ impl Servo {
                     self.set_mode(Mode::Stop);
                 }
             }
-            Foc::AdcOffsetA
-            | Foc::AdcOffsetB
-            | Foc::OpenLoopCurrent
-            | Foc::VelocityUnit
-            | Foc::VelocityFilter
-            | Foc::PositionScaler
-            | Foc::VelocityFeedForward
-            | Foc::HallInterpolation
-            | Foc::HallOffset
-            | Foc::EncoderInitMode
-            | Foc::EncoderInitDelay
-            | Foc::EncoderInitVelocity
-            | Foc::EncoderOffset
-            | Foc::ClearOnNull
-            | Foc::ClearOnce
-            | Foc::BrakeRelease
-            | Foc::BrakePullInDuty
-            | Foc::BrakeHoldDuty
-            | Foc::BrakePullInTime
-            | Foc::BrakeEnable
-            | Foc::BrakeInvert
-            | Foc::ChopperEnable
-            | Foc::ChopperLimit
-            | Foc::ChopperHysteresis
-            | Foc::VelocityOffset
-            | Foc::TorqueOffset
-            | Foc::AbsoluteInitMode
-            | Foc::AbsoluteOffset
-            | Foc::SwitchEnable
-            | Foc::SwitchPolarity => self.settings[parameter] = value,
             // Read-only, which the catalogue says.
             Foc::AdcPhaseA
             | Foc::AdcPhaseB
@@ -345,6 +315,8 @@ impl Servo {
             | Foc::MainLoops
             | Foc::TorqueLoops
             | Foc::VelocityLoops => return Err(Status::WRONG_TYPE),
+            // Plain settings: those that reading gives back as they are.
+            _ => self.settings[parameter] = value,
         }
         Ok(())
     }
